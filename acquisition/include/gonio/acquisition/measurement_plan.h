@@ -1,0 +1,42 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "gonio/rig/travel.h"
+#include "gonio/samples/samples.h"
+
+namespace gonio::acquisition {
+
+/// A direction with the pose chosen for it.
+struct PlannedPoint {
+  brdf::HalfDiff direction;
+  rig::PoseSolution pose;
+  double travel_s = 0.0;     ///< from the point before (the first: from home)
+  double predicted_s = 0.0;  ///< travel, settling and exposures
+};
+
+struct RefusedDirection {
+  samples::Direction direction;
+  rig::Refusal refusal;
+};
+
+/// Points in visiting order, and what cannot be measured with the reason.
+struct MeasurementPlan {
+  std::vector<PlannedPoint> points;
+  std::vector<RefusedDirection> refused;
+  double travel_s = 0.0;
+  double lower_bound_s = 0.0;
+  bool exact_order = false;
+  double duration_s = 0.0;  ///< points, whites, darks
+};
+
+/// Chooses poses and the shortest order from home. `point_seconds` is the expected time of the
+/// exposures of one point, `overhead_seconds` of everything that is not a point.
+MeasurementPlan make_plan(const rig::Inverse& inverse,
+                          const std::vector<samples::Direction>& directions, double point_seconds,
+                          double overhead_seconds, std::uint64_t seed = 1);
+
+}  // namespace gonio::acquisition

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "gonio/acquisition/session_archive.h"
+#include "gonio/instrument/instrument.h"
+#include "gonio/samples/samples.h"
+
+namespace gonio::acquisition {
+
+/// How frames become samples (reconstruction.md section 10 of the design: a frame is a patch of
+/// directions).
+struct ReductionOptions {
+  int grid = 3;                       ///< grid x grid sub-samples per pose; 1: the centre only
+  double sample_half_width_mm = 25.0;
+  double edge_margin_mm = 2.0;        ///< kept clear of the sample's edge
+  double spot_half_width_mm = 2.0;    ///< pixels within it are averaged to one sub-sample
+  double min_usable_fraction = 0.5;   ///< of a spot's pixels, else the sub-sample is dropped
+};
+
+struct Reduction {
+  samples::SampleSet samples;
+  std::vector<std::string> warnings;  ///< dropped sub-samples, white drift, damage found
+  double white_drift_relative = 0.0;  ///< closing over opening white, worst channel, minus 1
+  brdf::Rgb white_constant;           ///< C of the measurement equation, DN mm^2 sr / s
+};
+
+/// Pure function of archive, instrument and options. Independent sigma from the noise model, sigma
+/// common to a pose from white, lamp and linearity, angle uncertainty from the instrument's normal.
+/// Throws DataFormatError when the archive has no white or no usable point.
+Reduction reduce(const SessionReader& archive, const instrument::Instrument& instrument,
+                 const ReductionOptions& options = {});
+
+}  // namespace gonio::acquisition

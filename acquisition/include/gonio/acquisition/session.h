@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "gonio/acquisition/measurement_plan.h"
+#include "gonio/acquisition/session_archive.h"
+#include "gonio/devices/camera.h"
+#include "gonio/devices/clock.h"
+#include "gonio/devices/light_source.h"
+#include "gonio/devices/rotation_stage.h"
+#include "gonio/devices/target_changer.h"
+#include "gonio/instrument/instrument.h"
+
+namespace gonio::acquisition {
+
+/// The devices of a rig, not owned. `stages` stand in the order of the rig's axes.
+struct DeviceSet {
+  std::vector<devices::RotationStage*> stages;
+  devices::Camera* camera = nullptr;
+  devices::LightSource* light = nullptr;
+  devices::LampMonitor* monitor = nullptr;     ///< optional
+  devices::TargetChanger* changer = nullptr;   ///< needed for white placement changer and manual
+  devices::Clock* clock = nullptr;
+};
+
+/// Where the white reference is.
+enum class WhitePlacement {
+  in_frame,  ///< a patch beside the sample, seen in every frame
+  changer,   ///< a motorised changer puts it into the sample plane
+  manual     ///< a person does, asked through the TargetChanger the application passes in
+};
+
+struct SessionOptions {
+  WhitePlacement white = WhitePlacement::changer;
+  std::chrono::nanoseconds first_exposure = std::chrono::milliseconds(20);
+  double bracket_ratio = 4.0;
+  int max_exposures = 8;           ///< per channel and point
+  double relative_sigma = 0.01;    ///< wanted at the dimmest sub-sample; longer exposures until met
+  std::chrono::nanoseconds max_exposure = std::chrono::seconds(5);
+  int white_frames = 4;            ///< per channel, opening and closing
+  int dark_frames = 8;
+  double sample_half_width_mm = 25.0;
+  int retries = 2;                 ///< of a failed device call, per point
+  std::chrono::milliseconds move_timeout = std::chrono::minutes(2);
+
+  /// Throws std::invalid_argument naming the field and its value.
+  void validate() const;
+};
+
+/// What a session tells while it runs; called on the session's thread.
+struct SessionProgress {
+  std::string phase;  ///< "home", "dark", "white", "point", "closing white"
+  int done = 0;       ///< points finished
+  int total = 0;
+  double elapsed_s = 0.0;  ///< session clock
+  double remaining_s = 0.0;
+};
+
+struct SessionResult {
+  int measured = 0;
+  std::vector<PointRecord> points;
+  std::vector<std::string> warnings;
+  double duration_s = 0.0;
+  bool complete = false;  ///< false: interrupted or points failed
+};
+
+/// Runs a whole session: pre-run check, home, darks, opening white, every point (axes together,
+/// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before the
+/// check has passed. Every exit path, also an exception, stops all axes and closes the shutter.
+///
+/// Threads  Blocks; `stop` may be requested from any thread: the point under way is abandoned, the
+///          axes stop, the archive stays readable.
+/// Throws   std::invalid_argument (check failed, nothing has moved), devices::DeviceError.
+SessionResult run_session(const DeviceSet& devices, const instrument::Instrument& instrument,
+                          const MeasurementPlan& plan, const SessionOptions& options,
+                          SessionWriter& archive,
+                          const std::function<void(const SessionProgress&)>& progress = {},
+                          std::stop_token stop = {});
+
+}  // namespace gonio::acquisition

@@ -1,0 +1,125 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gonio/devices/frame.h"
+#include "gonio/rig/kinematics.h"
+
+namespace gonio::acquisition {
+
+/// What a frame was taken for.
+///   dark      shutter closed, shortest exposure: offset map
+///   lamp_off  shutter closed at a point's own pose and exposure: ambient light and dark current
+///   white     white reference in the sample plane (or its in-frame patch) at a reference pose
+///   sample    the sample
+enum class FrameKind { dark, lamp_off, white, sample };
+
+std::string_view to_string(FrameKind kind);
+
+/// One acknowledged frame: the unit of the archive. A frame has its own exposure interval and its
+/// own joint angles (mean and spread over the interval, measured); a stop is a frame whose spread
+/// is zero.
+struct FrameRecord {
+  std::int64_t id = 0;      ///< row id, ascending in the order of acknowledgement
+  FrameKind kind = FrameKind::sample;
+  int point = -1;           ///< index of the point it belongs to; -1: session-wide
+  std::string channel;      ///< lamp channel; empty when the shutter was closed
+  std::vector<Angle> joints;          ///< encoder readings, order of the rig's axes
+  std::vector<Angle> joints_spread;   ///< half range over the exposure
+  std::chrono::nanoseconds exposure{0};
+  std::chrono::nanoseconds exposure_start{0};  ///< session clock
+  double monitor = 0.0;     ///< lamp monitor; 0 when the shutter was closed
+  std::uint64_t camera_frame_id = 0;
+  std::string file;         ///< relative to the archive, "frames/000012.tiff"
+  std::string sha256;       ///< of that file
+};
+
+/// How a point ended.
+enum class PointOutcome { Measured, Saturated, TooDark, Skipped, Failed };
+std::string_view to_string(PointOutcome outcome);
+
+struct PointRecord {
+  int point = 0;                  ///< index into the plan
+  brdf::HalfDiff commanded;       ///< direction of the plan
+  char branch = 'A';
+  std::vector<Angle> joints;      ///< read back; empty when never reached
+  PointOutcome outcome = PointOutcome::Failed;
+  std::string note;
+  std::chrono::nanoseconds finished_at{0};
+};
+
+/// Everything known before the first frame. Values are text so that any reader can show them.
+using SessionMetadata = std::map<std::string, std::string>;
+
+/// Creates and appends to a session archive: a folder with `session.sqlite` (WAL, synchronous FULL,
+/// rows never updated or deleted, each with its own checksum: the truth) and `frames/*.tiff` (16
+/// bit, written under a temporary name, synced, renamed, checksummed, then committed).
+///
+/// State    What a call acknowledged survives a kill at any later instant.
+/// Threads  One.
+/// Errors   std::system_error / DataFormatError with path; the archive stays readable.
+class SessionWriter {
+ public:
+  /// Refuses an existing path. `configuration` files (resolved rig, plan, calibration) are stored
+  /// as text under their names.
+  SessionWriter(const std::filesystem::path& folder, const SessionMetadata& metadata,
+                const std::map<std::string, std::string>& configuration);
+  ~SessionWriter();
+  SessionWriter(const SessionWriter&) = delete;
+  SessionWriter& operator=(const SessionWriter&) = delete;
+
+  /// Writes, syncs and acknowledges a frame; fills in id, file and sha256.
+  FrameRecord append(FrameRecord record, const devices::Frame& frame);
+  void append(const PointRecord& record);
+  /// An event worth a line: retry, warning, home delta, operator's note.
+  void note(std::chrono::nanoseconds at, const std::string& kind, const std::string& text);
+  /// Marks the session complete. Without it a reader reports an interrupted session.
+  void finish(std::chrono::nanoseconds at);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+struct SessionNote {
+  std::chrono::nanoseconds at{0};
+  std::string kind;
+  std::string text;
+};
+
+/// Reads an archive, also that of a killed run: rows whose checksum fails or whose frame is missing
+/// are left out and reported in `damage`.
+class SessionReader {
+ public:
+  explicit SessionReader(const std::filesystem::path& folder);
+
+  const SessionMetadata& metadata() const { return metadata_; }
+  const std::map<std::string, std::string>& configuration() const { return configuration_; }
+  const std::vector<FrameRecord>& frames() const { return frames_; }
+  const std::vector<PointRecord>& points() const { return points_; }
+  const std::vector<SessionNote>& notes() const { return notes_; }
+  const std::vector<std::string>& damage() const { return damage_; }
+  bool finished() const { return finished_; }
+
+  /// Reads a frame's pixels and verifies its checksum. Throws DataFormatError.
+  devices::Frame read_frame(const FrameRecord& record) const;
+
+ private:
+  std::filesystem::path folder_;
+  SessionMetadata metadata_;
+  std::map<std::string, std::string> configuration_;
+  std::vector<FrameRecord> frames_;
+  std::vector<PointRecord> points_;
+  std::vector<SessionNote> notes_;
+  std::vector<std::string> damage_;
+  bool finished_ = false;
+};
+
+}  // namespace gonio::acquisition

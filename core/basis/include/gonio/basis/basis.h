@@ -1,0 +1,58 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "gonio/basis/training_set.h"
+#include "gonio/brdf/merl_lattice.h"
+
+namespace gonio::basis {
+
+constexpr int kDefaultComponents = 80;
+
+using RowMajorMatrixXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Principal components of mapped materials: x = mean + Q c with prior c ~ N(0, I/m).
+///
+/// Shape    `mean` p, `components` (Q = V S) p x k row-major, p = cells above the horizon in the
+///          order of lattice::cells_above_horizon(), k <= m - 1; m = 3 * materials rows.
+/// Source   Nielsen et al. 2015, section 4; the prior reading of ridge: docs/conventions.md.
+struct Basis {
+  LogMapping mapping;
+  brdf::RadiometricScale scale = brdf::RadiometricScale::si;
+  std::vector<MaterialId> materials;
+  Eigen::VectorXf mean;
+  RowMajorMatrixXf components;
+  Eigen::VectorXd singular_values;  ///< all m - 1 of them, descending; the first k belong to Q
+
+  int component_count() const { return static_cast<int>(components.cols()); }
+  int row_count() const { return 3 * static_cast<int>(materials.size()); }  ///< m
+};
+
+/// Trains on some of a set's materials (indices into set.materials(), ascending) from the Gram of
+/// the whole set. `component_count` is cut to the rank. Throws NumericalError below 2 materials or
+/// when the spectrum is not finite.
+Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
+            std::span<const std::size_t> materials, int component_count = kDefaultComponents);
+
+/// Rows of Q and mu at a measured direction: interpolated trilinearly, never snapped to a cell.
+struct BasisRow {
+  Eigen::VectorXd q;  ///< k
+  double mean = 0.0;
+  double weight = 0.0;  ///< mapping weight at the exact direction
+};
+
+/// Looks rows up. Holds a reference: the basis must outlive it.
+class BasisRows {
+ public:
+  explicit BasisRows(const Basis& basis);
+  /// Throws std::invalid_argument when the direction is below the horizon.
+  BasisRow at(const brdf::HalfDiff& direction) const;
+
+ private:
+  const Basis& basis_;
+  std::vector<std::int32_t> column_of_cell_;  ///< -1 where the lattice cell is not in the basis
+};
+
+}  // namespace gonio::basis

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string_view>
+
+#include "gonio/brdf/directions.h"
+#include "gonio/brdf/shading_geometry.h"
+
+namespace gonio::brdf {
+
+/// Red, green, blue in this order: BRDF in 1/sr (no cosine), radiance or reflectance by context.
+using Rgb = Eigen::Array3d;
+
+/// What radiometric unit the numbers of a BRDF are in. MERL as distributed is about a third of SI
+/// (teflon comes out at pi f = 0.33), so the scale travels with every table, basis and sample file.
+enum class RadiometricScale { si, merl };
+
+std::string_view to_string(RadiometricScale scale);
+RadiometricScale radiometric_scale_from_string(std::string_view name);
+
+/// An isotropic BRDF that can be evaluated for any pair of directions.
+///
+/// Threads  evaluate() is const and may be called from many threads.
+class BrdfModel {
+ public:
+  virtual ~BrdfModel() = default;
+
+  /// BRDF in 1/sr; 0 when either direction is at or below the horizon. Throws
+  /// std::invalid_argument when a direction is not of unit length. Virtual for models that have a
+  /// shorter way than through a ShadingGeometry.
+  virtual Rgb evaluate(const DirectionPair& pair) const {
+    if (pair.wi.z() <= 0.0 || pair.wo.z() <= 0.0) return Rgb::Zero();
+    return evaluate_visible(shading_geometry(pair));
+  }
+
+  /// The same from a geometry that is already at hand: use this to evaluate many models at one
+  /// place, or one model along a lattice.
+  Rgb evaluate(const ShadingGeometry& geometry) const {
+    return geometry.above_horizon() ? evaluate_visible(geometry) : Rgb::Zero();
+  }
+
+ protected:
+  BrdfModel() = default;
+  BrdfModel(const BrdfModel&) = default;
+  BrdfModel& operator=(const BrdfModel&) = default;
+
+ private:
+  /// What a model implements. Both directions lie above the horizon.
+  virtual Rgb evaluate_visible(const ShadingGeometry& geometry) const = 0;
+};
+
+}  // namespace gonio::brdf

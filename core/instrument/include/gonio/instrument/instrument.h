@@ -1,0 +1,82 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "gonio/brdf/brdf_model.h"
+#include "gonio/instrument/camera_model.h"
+#include "gonio/rig/rig_description.h"
+
+namespace gonio::instrument {
+
+/// Noise model of a linear sensor (EMVA 1288 terms).
+struct SensorModel {
+  double gain_dn_per_e = 0.0;
+  double read_noise_e = 0.0;
+  double full_well_e = 0.0;
+  double black_level_dn = 0.0;
+  double saturation_dn = 0.0;  ///< a pixel at or above it carries no value
+  double dark_current_e_per_s = 0.0;
+  double prnu = 0.0;           ///< relative sd of the pixels' responsivity
+};
+
+/// Relative responsivity over the image, 1 at the principal point:
+/// V = 1 + v1 r^2 + v2 r^4 + v3 r^6, r = distance from the principal point over the image's half
+/// diagonal.
+struct Vignetting {
+  double v1 = 0.0;
+  double v2 = 0.0;
+  double v3 = 0.0;
+};
+
+/// Radiant intensity over the lamp's field, 1 on its axis: 1 + c10 x + c01 y + c20 x^2 + c11 x y +
+/// c02 y^2 with x, y the tangents of the angle from the lamp's z axis about its own x and y.
+struct LampField {
+  double c10 = 0.0;
+  double c01 = 0.0;
+  double c20 = 0.0;
+  double c11 = 0.0;
+  double c02 = 0.0;
+};
+
+/// The white reference: f_w = R / pi * D(theta_i), D from the certificate's table.
+struct WhiteReference {
+  std::string id;
+  brdf::Rgb reflectance = brdf::Rgb::Ones();
+  struct AngularPoint {
+    double theta_i_deg;
+    double relative;  ///< D
+  };
+  std::vector<AngularPoint> angular;  ///< ascending in theta_i; empty: D = 1 everywhere
+  double u_relative = 0.0;            ///< standard uncertainty of f_w at the reference pose
+};
+
+/// The calibrated instrument as plain data: all that turns raw frames into BRDF values. Kept in a
+/// file in the calibration-archive format (calibration_file.h).
+struct Instrument {
+  std::string id;       ///< who and when; free text, no newline
+  rig::RigDescription rig;
+  CameraModel camera;
+  SensorModel sensor;
+  Vignetting vignetting;
+  LampField lamp_field;
+  WhiteReference white;
+  Angle u_normal;                ///< sd per tangential axis of the sample normal's direction
+  double u_lamp_relative = 0.0;  ///< lamp field and monitor, per pose
+  double u_linearity_relative = 0.0;
+
+  /// Throws std::invalid_argument naming the field and its value.
+  void validate() const;
+};
+
+/// Response of a pixel relative to the principal point.
+double relative_response(const Instrument& instrument, double column, double row);
+
+/// Relative intensity of the lamp towards `direction_in_lamp` (lamp frame, z along the axis).
+double relative_intensity(const LampField& field, const Eigen::Vector3d& direction_in_lamp);
+
+/// BRDF of the white reference in 1/sr at a polar angle of incidence.
+brdf::Rgb white_brdf(const WhiteReference& white, Angle theta_i);
+
+}  // namespace gonio::instrument

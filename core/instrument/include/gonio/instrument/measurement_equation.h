@@ -1,0 +1,30 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+
+#include "gonio/instrument/instrument.h"
+#include "gonio/rig/kinematics.h"
+
+namespace gonio::instrument {
+
+/// What one pixel looks at in one pose.
+struct PixelGeometry {
+  Eigen::Vector3d point_in_sample_mm;  ///< z = 0
+  brdf::DirectionPair directions;      ///< sample frame, at that point
+  /// V I cos theta_i / r^2 with r in mm (r = 1 for a collimated lamp): the signal of a pixel is
+  /// C * f * factor. There is no cos theta_o: a pixel's footprint grows as its inverse.
+  double factor = 0.0;
+};
+
+/// Geometry of a pixel; empty when its ray misses the sample plane's front side or the lamp stands
+/// behind the plane.
+std::optional<PixelGeometry> pixel_geometry(const Instrument& instrument, const rig::RigPose& pose,
+                                            double column, double row);
+
+/// Pixel that a point of the sample plane falls on; empty behind the camera.
+std::optional<Eigen::Vector2d> pixel_of_point(const Instrument& instrument,
+                                              const rig::RigPose& pose,
+                                              const Eigen::Vector3d& point_in_sample_mm);
+
+}  // namespace gonio::instrument

@@ -1,0 +1,172 @@
+#include "gonio/instrument/calibration_file.h"
+
+#include "gonio/files/files.h"
+#include "rig_json.h"
+
+namespace gonio::instrument {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "gonio-calibration";
+constexpr int kVersion = 1;
+constexpr std::uintmax_t kMaxFileBytes = 16U << 20U;
+
+CameraModel camera_from_json(JsonFields fields) {
+  CameraModel camera{.width_px = fields.integer("width_px"),
+                     .height_px = fields.integer("height_px"),
+                     .fx_px = fields.number("fx_px"),
+                     .fy_px = fields.number("fy_px"),
+                     .cx_px = fields.number("cx_px"),
+                     .cy_px = fields.number("cy_px"),
+                     .k1 = fields.number("k1"),
+                     .k2 = fields.number("k2"),
+                     .p1 = fields.number("p1"),
+                     .p2 = fields.number("p2")};
+  fields.finish();
+  return camera;
+}
+
+SensorModel sensor_from_json(JsonFields fields) {
+  SensorModel sensor{.gain_dn_per_e = fields.number("gain_dn_per_e"),
+                     .read_noise_e = fields.number("read_noise_e"),
+                     .full_well_e = fields.number("full_well_e"),
+                     .black_level_dn = fields.number("black_level_dn"),
+                     .saturation_dn = fields.number("saturation_dn"),
+                     .dark_current_e_per_s = fields.number("dark_current_e_per_s"),
+                     .prnu = fields.number("prnu")};
+  fields.finish();
+  return sensor;
+}
+
+Vignetting vignetting_from_json(JsonFields fields) {
+  Vignetting vignetting{fields.number("v1"), fields.number("v2"), fields.number("v3")};
+  fields.finish();
+  return vignetting;
+}
+
+LampField lamp_field_from_json(JsonFields fields) {
+  LampField field{fields.number("c10"), fields.number("c01"), fields.number("c20"),
+                  fields.number("c11"), fields.number("c02")};
+  fields.finish();
+  return field;
+}
+
+WhiteReference white_from_json(JsonFields fields) {
+  WhiteReference white;
+  white.id = fields.text("id");
+  white.reflectance = fields.vector<3>("reflectance").array();
+  fields.each_object("angular", [&](JsonFields& point) {
+    white.angular.push_back({point.number("theta_i_deg"), point.number("relative")});
+  });
+  white.u_relative = fields.number("u_relative");
+  fields.finish();
+  return white;
+}
+
+}  // namespace
+
+std::string to_json(const Instrument& instrument) {
+  const CameraModel& camera = instrument.camera;
+  const SensorModel& sensor = instrument.sensor;
+  const LampField& field = instrument.lamp_field;
+  Json angular = Json::array();
+  for (const auto& point : instrument.white.angular) {
+    angular.push_back({{"theta_i_deg", point.theta_i_deg}, {"relative", point.relative}});
+  }
+  const brdf::Rgb& white = instrument.white.reflectance;
+  const Json document = {
+      {"format", kFormat},
+      {"version", kVersion},
+      {"id", instrument.id},
+      {"rig", rig_to_json(instrument.rig)},
+      {"camera",
+       {{"width_px", camera.width_px},
+        {"height_px", camera.height_px},
+        {"fx_px", camera.fx_px},
+        {"fy_px", camera.fy_px},
+        {"cx_px", camera.cx_px},
+        {"cy_px", camera.cy_px},
+        {"k1", camera.k1},
+        {"k2", camera.k2},
+        {"p1", camera.p1},
+        {"p2", camera.p2}}},
+      {"sensor",
+       {{"gain_dn_per_e", sensor.gain_dn_per_e},
+        {"read_noise_e", sensor.read_noise_e},
+        {"full_well_e", sensor.full_well_e},
+        {"black_level_dn", sensor.black_level_dn},
+        {"saturation_dn", sensor.saturation_dn},
+        {"dark_current_e_per_s", sensor.dark_current_e_per_s},
+        {"prnu", sensor.prnu}}},
+      {"vignetting",
+       {{"v1", instrument.vignetting.v1},
+        {"v2", instrument.vignetting.v2},
+        {"v3", instrument.vignetting.v3}}},
+      {"lamp_field",
+       {{"c10", field.c10},
+        {"c01", field.c01},
+        {"c20", field.c20},
+        {"c11", field.c11},
+        {"c02", field.c02}}},
+      {"white",
+       {{"id", instrument.white.id},
+        {"reflectance", Json::array({white[0], white[1], white[2]})},
+        {"angular", angular},
+        {"u_relative", instrument.white.u_relative}}},
+      {"u_normal_deg", instrument.u_normal.degrees()},
+      {"u_lamp_relative", instrument.u_lamp_relative},
+      {"u_linearity_relative", instrument.u_linearity_relative}};
+  return document.dump(2) + "\n";
+}
+
+Instrument instrument_from_json(const std::string& text, const std::filesystem::path& place) {
+  nlohmann::json document;
+  try {
+    document = nlohmann::json::parse(text);
+  } catch (const nlohmann::json::parse_error& error) {
+    throw DataFormatError(place, fmt::format("byte {}", error.byte), "not valid JSON");
+  }
+  JsonFields fields(document, "", place);
+  const std::string format = fields.text("format");
+  if (format != kFormat) {
+    throw DataFormatError(place, "format", fmt::format("found {:?}, expected {:?}", format, kFormat));
+  }
+  const int version = fields.integer("version");
+  if (version != kVersion) {
+    throw DataFormatError(place, "version", fmt::format("found {}, expected {}", version, kVersion));
+  }
+  Instrument instrument;
+  instrument.id = fields.text("id");
+  JsonFields rig = fields.object("rig");
+  instrument.rig = rig_from_json(rig);
+  rig.finish();
+  instrument.camera = camera_from_json(fields.object("camera"));
+  instrument.sensor = sensor_from_json(fields.object("sensor"));
+  instrument.vignetting = vignetting_from_json(fields.object("vignetting"));
+  instrument.lamp_field = lamp_field_from_json(fields.object("lamp_field"));
+  instrument.white = white_from_json(fields.object("white"));
+  instrument.u_normal = Angle::from_degrees(fields.number("u_normal_deg"));
+  instrument.u_lamp_relative = fields.number("u_lamp_relative");
+  instrument.u_linearity_relative = fields.number("u_linearity_relative");
+  fields.finish();
+  try {
+    instrument.validate();
+  } catch (const std::invalid_argument& error) {
+    throw DataFormatError(place, "contents", error.what());
+  }
+  return instrument;
+}
+
+Instrument read_calibration(const std::filesystem::path& path) {
+  return instrument_from_json(files::read_text_file(path, kMaxFileBytes), path);
+}
+
+void write_calibration(const std::filesystem::path& path, const Instrument& instrument,
+                       files::Overwrite overwrite) {
+  files::AtomicFile file(path, overwrite);
+  file.write(to_json(instrument));
+  file.commit();
+}
+
+}  // namespace gonio::instrument

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <chrono>
+
+namespace gonio::devices {
+
+/// Time as the session sees it. Injected, so a simulated world runs on virtual time and host time
+/// never enters a result.
+///
+/// Threads  now() from any thread.
+class Clock {
+ public:
+  using Duration = std::chrono::nanoseconds;
+
+  virtual ~Clock() = default;
+  Clock(const Clock&) = delete;
+  Clock& operator=(const Clock&) = delete;
+
+  /// Time since the start of the session's world. Never goes back.
+  virtual Duration now() const = 0;
+
+  /// Waits until `time`; returns at once when it has passed. On a virtual clock this advances it.
+  virtual void wait_until(Duration time) = 0;
+
+ protected:
+  Clock() = default;
+};
+
+}  // namespace gonio::devices

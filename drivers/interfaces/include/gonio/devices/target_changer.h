@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "gonio/devices/device_error.h"
+
+namespace gonio::devices {
+
+/// What can lie in the sample plane.
+enum class Target { sample, white };
+
+std::string_view to_string(Target target);
+
+/// Puts a target into the sample plane: a motorised changer, or a person who is told what to mount
+/// and confirms (the two look the same to a session; only the time differs).
+///
+/// Threads  One controlling thread.
+/// Errors   DeviceError: Timeout, Fault, Stopped (the person declined).
+class TargetChanger {
+ public:
+  virtual ~TargetChanger() = default;
+  TargetChanger(const TargetChanger&) = delete;
+  TargetChanger& operator=(const TargetChanger&) = delete;
+
+  virtual const std::string& name() const = 0;
+  virtual Target mounted() const = 0;
+
+  /// Returns when `target` lies in the plane. Axes must stand still and the shutter be closed.
+  virtual void mount(Target target) = 0;
+
+ protected:
+  TargetChanger() = default;
+};
+
+}  // namespace gonio::devices

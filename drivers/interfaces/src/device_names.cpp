@@ -1,0 +1,52 @@
+#include "gonio/devices/device_error.h"
+#include "gonio/devices/frame.h"
+#include "gonio/devices/target_changer.h"
+
+namespace gonio::devices {
+
+std::string_view to_string(DeviceErrc code) {
+  switch (code) {
+    case DeviceErrc::Timeout:
+      return "timeout";
+    case DeviceErrc::Disconnected:
+      return "disconnected";
+    case DeviceErrc::Protocol:
+      return "protocol error";
+    case DeviceErrc::NotHomed:
+      return "not homed";
+    case DeviceErrc::LimitViolation:
+      return "limit violation";
+    case DeviceErrc::Stopped:
+      return "stopped";
+    case DeviceErrc::Fault:
+      return "fault";
+  }
+  return "unknown";
+}
+
+DeviceError::DeviceError(DeviceErrc code, std::string device, const std::string& message)
+    : std::runtime_error(device + ": " + std::string(to_string(code)) + ": " + message),
+      code_(code),
+      device_(std::move(device)) {}
+
+std::string_view to_string(PixelFormat format) {
+  switch (format) {
+    case PixelFormat::mono:
+      return "mono";
+    case PixelFormat::bayer_rggb:
+      return "bayer_rggb";
+    case PixelFormat::bayer_grbg:
+      return "bayer_grbg";
+    case PixelFormat::bayer_gbrg:
+      return "bayer_gbrg";
+    case PixelFormat::bayer_bggr:
+      return "bayer_bggr";
+  }
+  return "unknown";
+}
+
+std::string_view to_string(Target target) {
+  return target == Target::sample ? "sample" : "white";
+}
+
+}  // namespace gonio::devices
