@@ -74,9 +74,9 @@ Value reduce_blocks(std::size_t begin, std::size_t end, std::size_t block, Value
                     Combine&& combine) {
   const std::size_t count = detail::block_count(begin, end, block);
   std::vector<std::optional<Value>> parts(count);
-  std::size_t next = 0;      // first block not yet combined
-  bool combining = false;    // some thread is at it, and will also take what arrives meanwhile
-  std::mutex mutex;          // guards the three above; `total` belongs to the combining thread
+  std::size_t next = 0;    // first block not yet combined
+  bool combining = false;  // some thread is at it, and will also take what arrives meanwhile
+  std::mutex mutex;        // guards the three above; `total` belongs to the combining thread
 
   detail::run(count, [&](std::size_t index) {
     const std::size_t from = begin + index * block;
