@@ -12,13 +12,13 @@ namespace gonio::samples {
 
 /// One measured BRDF value at one direction, with its uncertainty (k = 1).
 struct Sample {
-  brdf::HalfDiff direction;  ///< measured, never commanded; phi_h unused
+  brdf::HalfDiff direction;                       ///< measured, never commanded; phi_h unused
   brdf::Rgb value_per_sr = brdf::Rgb::Zero();     ///< may be negative: dark after subtraction
   brdf::Rgb sigma_per_sr = brdf::Rgb::Zero();     ///< independent of all other samples
   brdf::Rgb u_common_per_sr = brdf::Rgb::Zero();  ///< common to all samples of the same pose
   Angle u_theta_h, u_theta_d, u_phi_d;
-  Angle kernel;   ///< angular spread (1 sd of theta_h) the value was averaged over
-  int pose = -1;  ///< samples with the same id are sub-samples of one frame; -1: each its own
+  Angle kernel;       ///< angular spread (1 sd of theta_h) the value was averaged over
+  int pose = -1;      ///< samples with the same id are sub-samples of one frame; -1: each its own
   std::string flags;  ///< empty, or words separated by ';': saturated, dark, clipped ...
   std::vector<std::string> extra;  ///< text of SampleSet::extra_columns; empty: all blank
 };
@@ -33,8 +33,8 @@ struct SampleSet {
   std::vector<std::string> comments;       ///< '#' lines but the scale's, kept for a rewrite
 };
 
-/// Reads samples.csv (docs/formats.md): header line with theta_h_deg,theta_d_deg,phi_d_deg,r,g,b and
-/// optional columns in any order; '#' comment lines, one of which may be
+/// Reads samples.csv (docs/formats.md): header line with theta_h_deg,theta_d_deg,phi_d_deg,r,g,b
+/// and optional columns in any order; '#' comment lines, one of which may be
 /// `# radiometric_scale = si|merl` (absent: si, with a warning).
 ///
 /// Range    theta_h, theta_d in [0, 90] deg, phi_d in [-180, 180] deg (180 is legal and kept).
