@@ -20,6 +20,8 @@ RadiometricScale radiometric_scale_from_string(std::string_view name);
 
 /// An isotropic BRDF that can be evaluated for any pair of directions.
 ///
+/// Models   Implement one of the two virtuals, each of which falls back on the other: a formula in
+///          half/difference angles evaluate_visible(), everything else evaluate().
 /// Threads  evaluate() is const and may be called from many threads.
 class BrdfModel {
  public:
@@ -45,8 +47,10 @@ class BrdfModel {
   BrdfModel& operator=(const BrdfModel&) = default;
 
  private:
-  /// What a model implements. Both directions lie above the horizon.
-  virtual Rgb evaluate_visible(const ShadingGeometry& geometry) const = 0;
+  /// Both directions lie above the horizon.
+  virtual Rgb evaluate_visible(const ShadingGeometry& geometry) const {
+    return evaluate(directions_from_half_diff(geometry.half_diff));
+  }
 };
 
 }  // namespace gonio::brdf

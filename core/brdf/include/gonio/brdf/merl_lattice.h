@@ -40,8 +40,8 @@ struct Index {
 
 constexpr std::size_t cell_from_index(Index i) {
   return static_cast<std::size_t>(i.phi_d) +
-         kPhiD * (static_cast<std::size_t>(i.theta_d) +
-                  kThetaD * static_cast<std::size_t>(i.theta_h));
+         kPhiD *
+             (static_cast<std::size_t>(i.theta_d) + kThetaD * static_cast<std::size_t>(i.theta_h));
 }
 constexpr Index index_from_cell(std::size_t cell) {
   return {static_cast<int>(cell / (kPhiD * kThetaD)), static_cast<int>(cell / kPhiD % kThetaD),

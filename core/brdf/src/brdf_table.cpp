@@ -1,0 +1,58 @@
+#include "gonio/brdf/brdf_table.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace gonio::brdf {
+namespace {
+
+constexpr double kInvalid = -1.0;
+
+}  // namespace
+
+BrdfTable::BrdfTable(IndexConvention convention, RadiometricScale scale)
+    : stored_(3 * lattice::kCells, kInvalid), convention_(convention), scale_(scale) {}
+
+BrdfTable::BrdfTable(std::vector<double> stored_planes, IndexConvention convention,
+                     RadiometricScale scale)
+    : stored_(std::move(stored_planes)), convention_(convention), scale_(scale) {
+  if (stored_.size() != 3 * lattice::kCells) {
+    throw std::invalid_argument("BrdfTable: " + std::to_string(stored_.size()) +
+                                " stored numbers, expected " + std::to_string(3 * lattice::kCells));
+  }
+}
+
+bool BrdfTable::valid(std::size_t cell) const {
+  return stored_[cell] >= 0.0 && stored_[cell + lattice::kCells] >= 0.0 &&
+         stored_[cell + 2 * lattice::kCells] >= 0.0;
+}
+
+Rgb BrdfTable::value(std::size_t cell) const {
+  if (!valid(cell)) return Rgb::Constant(std::numeric_limits<double>::quiet_NaN());
+  return {stored_[cell] * kMerlScale[0], stored_[cell + lattice::kCells] * kMerlScale[1],
+          stored_[cell + 2 * lattice::kCells] * kMerlScale[2]};
+}
+
+void BrdfTable::set_value(std::size_t cell, const Rgb& per_sr) {
+  if (!per_sr.isFinite().all()) {
+    throw std::invalid_argument("BrdfTable: value of cell " + std::to_string(cell) +
+                                " is not finite");
+  }
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    // Divided, not multiplied by an inverse: two roundings at most, hence within 1 ulp.
+    stored_[cell + channel * lattice::kCells] =
+        std::max(0.0, per_sr[static_cast<Eigen::Index>(channel)]) / kMerlScale[channel];
+  }
+}
+
+void BrdfTable::set_invalid(std::size_t cell) {
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    stored_[cell + channel * lattice::kCells] = kInvalid;
+  }
+}
+
+}  // namespace gonio::brdf
