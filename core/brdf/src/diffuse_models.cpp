@@ -56,8 +56,7 @@ Sheen::Sheen(double roughness, const Rgb& tint)
 
 Rgb Sheen::evaluate_visible(const ShadingGeometry& g) const {
   const double spread = std::pow(g.sin_theta_h, exponent_);
-  return scaled_tint_ *
-         (spread / (g.cos_theta_i + g.cos_theta_o - g.cos_theta_i * g.cos_theta_o));
+  return scaled_tint_ * (spread / (g.cos_theta_i + g.cos_theta_o - g.cos_theta_i * g.cos_theta_o));
 }
 
 Backscatter::Backscatter(const Rgb& strength, double width)

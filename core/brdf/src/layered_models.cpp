@@ -31,8 +31,8 @@ Rgb internal_reflectance(const Coat& coat) {
   Rgb sum = Rgb::Zero();
   for (int step = 0; step < kSteps; ++step) {
     const double cosine = std::sqrt((step + 0.5) / kSteps);
-    sum += fresnel_reflectance(cosine, 1.0 / coat.n, 0.0) *
-           (-2.0 * coat.optical_depth / cosine).exp();
+    sum +=
+        fresnel_reflectance(cosine, 1.0 / coat.n, 0.0) * (-2.0 * coat.optical_depth / cosine).exp();
   }
   return sum / kSteps;
 }

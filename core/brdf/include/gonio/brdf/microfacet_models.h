@@ -21,9 +21,9 @@ class Ggx final : public BrdfModel {
   RgbCurve fresnel_;  ///< times tint
 };
 
-/// ABC-like lobe f = F(theta_d) A (1 + B (1 - cos theta_h))^-C G / (pi cos theta_i cos theta_o) with
-/// v-groove masking G: a sharp core on a tail that falls as a power.
-/// Source: Low, Kronander, Ynnerman, Unger, ACM TOG 31(1) 2012, section 5.
+/// ABC-like lobe f = F(theta_d) A (1 + B (1 - cos theta_h))^-C G / (pi cos theta_i cos theta_o)
+/// with v-groove masking G: a sharp core on a tail that falls as a power. Source: Low, Kronander,
+/// Ynnerman, Unger, ACM TOG 31(1) 2012, section 5.
 class AbcLobe final : public BrdfModel {
  public:
   /// `a` >= 0, `b` > 0, `c` > 0. The caller answers for the energy of `a`.
@@ -52,8 +52,8 @@ class ShiftedGamma final : public BrdfModel {
  public:
   struct Parameters {
     Rgb rho;
-    Rgb alpha;   ///< > 0
-    Rgb p;       ///< shape, in [0, 2]
+    Rgb alpha;  ///< > 0
+    Rgb p;      ///< shape, in [0, 2]
     Rgb f0;
     Rgb f1;
     Rgb lambda;  ///< >= 0
