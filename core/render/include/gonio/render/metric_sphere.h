@@ -16,8 +16,8 @@ namespace gonio::render {
 using SphereRadiance = Eigen::Array3Xd;
 
 /// The picture that image errors are measured on: an orthographic unit sphere seen along z, 96 x 96
-/// pixels over [-1, 1]^2 (values at pixel centres), pixels with x^2 + y^2 < 0.995; per pixel the sum
-/// over lights of f cos theta_i E where cos theta_i > 0.01, f of the nearest lattice cell.
+/// pixels over [-1, 1]^2 (values at pixel centres), pixels with x^2 + y^2 < 0.995; per pixel the
+/// sum over lights of f cos theta_i E where cos theta_i > 0.01, f of the nearest lattice cell.
 ///
 /// Which cell a pixel reads for a light does not depend on the material, so the list of (cell,
 /// factor) is worked out once; a picture is then a sparse matrix times a table: about 5 ms.
