@@ -1,0 +1,37 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <optional>
+
+#include "gonio/devices/clock.h"
+
+namespace gonio::sim {
+
+/// The time of one simulated world. It stands still until somebody waits: an axis for its move, a
+/// camera for its exposure, a session for a moment. Host time never enters it, so a session of an
+/// hour runs in seconds and gives the same times on every machine.
+///
+/// Pace     With a time scale, a wait also takes real time: wall = virtual / scale. The times read
+///          are the same; only a stop() from another thread falls where the host puts it.
+/// Threads  All members from any thread.
+class VirtualClock final : public devices::Clock {
+ public:
+  /// Throws std::invalid_argument unless `time_scale`, when given, is positive and finite.
+  explicit VirtualClock(std::optional<double> time_scale = std::nullopt);
+
+  Duration now() const override { return Duration(now_ns_.load()); }
+  void wait_until(Duration time) override;
+
+  /// As wait_until(), but gives up as soon as `interrupted` says so; it is asked at least once.
+  /// Returns false when it gave up; the clock then stands where the interruption found it.
+  bool wait_until(Duration time, const std::function<bool()>& interrupted);
+
+ private:
+  void raise_to(Duration time);
+
+  std::optional<double> time_scale_;
+  std::atomic<Duration::rep> now_ns_{0};
+};
+
+}  // namespace gonio::sim

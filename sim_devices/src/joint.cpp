@@ -1,0 +1,152 @@
+#include "joint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "gonio/random/distributions.h"
+
+namespace gonio::sim {
+namespace {
+
+constexpr std::size_t kRememberedSegments = 16;
+
+double seconds(devices::Clock::Duration time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+devices::Clock::Duration from_seconds(double value) {
+  return devices::Clock::Duration(std::llround(value * 1e9));
+}
+
+}  // namespace
+
+Joint::Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t seed,
+             std::size_t index)
+    : options_(options),
+      home_(axis.home),
+      max_speed_rad_per_s_(Angle::from_degrees(axis.max_speed_deg_per_s).radians()),
+      acceleration_rad_per_s2_(Angle::from_degrees(axis.acceleration_deg_per_s2).radians()),
+      settle_(axis.settle),
+      positioning_key_(random::make_key(seed, "axis.positioning", index)),
+      homing_key_(random::make_key(seed, "axis.homing", index)) {
+  const double share = random::uniform(random::make_key(seed, "axis.power_up", index), 0);
+  const double start = axis.min.radians() + share * (axis.max - axis.min).radians();
+  segments_.push_back(
+      {Time(0), start, start, MotionProfile::braking(0.0, 1.0), Time(0), Time(0), 0.0});
+}
+
+Joint::Time Joint::move_to(Angle target, Time now) {
+  const std::lock_guard lock(mutex_);
+  if (held_ == target) return segments_.back().settled;
+  const double error =
+      options_.positioning_sigma.radians() * random::normal(positioning_key_, moves_++);
+  held_ = target;
+  return drive_to(target.radians() + error, now, settle_);
+}
+
+Joint::Time Joint::start_homing(Time now) {
+  const std::lock_guard lock(mutex_);
+  held_.reset();
+  return drive_to(home_.radians(), now, settle_ + options_.index_search);
+}
+
+void Joint::finish_homing() {
+  const std::lock_guard lock(mutex_);
+  homing_error_rad_ = options_.homing_sigma.radians() * random::normal(homing_key_, homings_++);
+  held_ = home_;
+}
+
+void Joint::brake(Time now) {
+  const std::lock_guard lock(mutex_);
+  brake_locked(now);
+}
+
+void Joint::brake_locked(Time now) {
+  if (now >= segments_.back().settled) return;
+  held_.reset();
+  // A brake asked for during the braking that precedes a new move cancels the move.
+  while (segments_.size() > 1 && segments_.back().start > now) segments_.pop_back();
+  const double speed = state_at(now).speed_rad_per_s;
+  append(MotionProfile::braking(speed, acceleration_rad_per_s2_), now, Time(0), false);
+}
+
+Joint::Time Joint::drive_to(double motor_rad, Time now, Time dwell) {
+  brake_locked(now);
+  const Time start = std::max(now, segments_.back().settled);
+  const double distance = motor_rad - state_at(start).motor_rad;
+  append(MotionProfile::rest_to_rest(distance, max_speed_rad_per_s_, acceleration_rad_per_s2_),
+         start, dwell, true);
+  return segments_.back().settled;
+}
+
+void Joint::append(const MotionProfile& profile, Time start, Time dwell, bool rings) {
+  const State state = state_at(start);
+  const double ring =
+      rings ? std::copysign(std::min(options_.ring_fraction * std::abs(profile.distance()),
+                                     options_.ring_limit.radians()),
+                            profile.distance())
+            : 0.0;
+  const Time end = start + from_seconds(profile.duration_s());
+  segments_.back().settled = std::min(segments_.back().settled, start);  // replaced from here on
+  segments_.push_back({start, state.motor_rad, state.shaft_rad, profile, end, end + dwell, ring});
+  if (segments_.size() > kRememberedSegments) segments_.pop_front();
+}
+
+Joint::Time Joint::settled_at() const {
+  const std::lock_guard lock(mutex_);
+  return segments_.back().settled;
+}
+
+bool Joint::at_rest_during(Time from, Time to) const {
+  const std::lock_guard lock(mutex_);
+  return std::none_of(segments_.begin(), segments_.end(), [&](const Segment& segment) {
+    return segment.start < to && segment.settled > from;
+  });
+}
+
+Angle Joint::encoder(Time time) const {
+  const std::lock_guard lock(mutex_);
+  const State state = state_at(time);
+  const double step = options_.encoder_step.radians();
+  const double angle = state.motor_rad + state.ring_rad;
+  return Angle::from_radians(step > 0.0 ? std::round(angle / step) * step : angle);
+}
+
+Angle Joint::true_angle(Time time) const {
+  const std::lock_guard lock(mutex_);
+  const State state = state_at(time);
+  const double shaft = state.shaft_rad + state.ring_rad;
+  return Angle::from_radians(shaft + homing_error_rad_) + options_.zero_offset +
+         options_.eccentricity_cos * std::cos(shaft) + options_.eccentricity_sin * std::sin(shaft);
+}
+
+const Joint::Segment& Joint::segment_at(Time time) const {
+  for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
+    if (segment->start <= time) return *segment;
+  }
+  return segments_.front();
+}
+
+Joint::State Joint::state_at(Time time) const {
+  const Segment& segment = segment_at(time);
+  const double since_start = seconds(time - segment.start);
+  State state{};
+  // Past the end the whole way is taken: the end was rounded to a nanosecond.
+  const bool arrived = time >= segment.end;
+  state.motor_rad = segment.motor_rad +
+                    (arrived ? segment.profile.distance() : segment.profile.position(since_start));
+  state.speed_rad_per_s = arrived ? 0.0 : segment.profile.speed(since_start);
+  const double half_play = 0.5 * options_.backlash.radians();
+  // Exact because the motor never turns round within a segment.
+  state.shaft_rad =
+      std::clamp(segment.shaft_rad, state.motor_rad - half_play, state.motor_rad + half_play);
+  if (arrived && time < segment.settled) {
+    const double since_end = seconds(time - segment.end);
+    state.ring_rad = segment.ring_rad * std::exp(-since_end / seconds(Time(options_.ring_decay))) *
+                     std::sin(2.0 * std::numbers::pi * options_.ring_hz * since_end);
+  }
+  return state;
+}
+
+}  // namespace gonio::sim

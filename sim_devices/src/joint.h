@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <mutex>
+#include <optional>
+
+#include "gonio/devices/clock.h"
+#include "gonio/random/key.h"
+#include "gonio/rig/rig_description.h"
+#include "gonio/sim/motion_profile.h"
+#include "gonio/sim/sim_options.h"
+
+namespace gonio::sim {
+
+/// The mechanics of one axis: where motor and shaft are at any time, whatever the stage's state
+/// machine thinks about it.
+///
+/// The motor follows closed-form profiles. The shaft follows the motor with play. After an arrival
+/// both ring for the axis's settling time, then stand exactly still.
+///
+/// Threads  All members from any thread.
+class Joint {
+ public:
+  using Time = devices::Clock::Duration;
+
+  /// Stands somewhere within the limits, as after power-up.
+  Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t seed, std::size_t index);
+
+  /// Starts a move; one under way is braked first. Returns when it will have settled. A target
+  /// that is already held costs nothing.
+  Time move_to(Angle target, Time now);
+
+  /// Drives to the home mark and searches it. finish_homing() redefines the zero at its end.
+  Time start_homing(Time now);
+  void finish_homing();
+
+  void brake(Time now);
+
+  /// When the axis will stand still, or stood still if that is past.
+  Time settled_at() const;
+  bool at_rest_during(Time from, Time to) const;
+
+  Angle encoder(Time time) const;
+  Angle true_angle(Time time) const;
+
+ private:
+  struct Segment {
+    Time start;
+    double motor_rad;  ///< at the start
+    double shaft_rad;
+    MotionProfile profile;
+    Time end;
+    Time settled;
+    double ring_rad;  ///< amplitude
+  };
+  struct State {
+    double motor_rad;
+    double shaft_rad;
+    double speed_rad_per_s;
+    double ring_rad;
+  };
+
+  const Segment& segment_at(Time time) const;
+  State state_at(Time time) const;
+  void append(const MotionProfile& profile, Time start, Time dwell, bool rings);
+  void brake_locked(Time now);
+  Time drive_to(double motor_rad, Time now, Time dwell);
+
+  mutable std::mutex mutex_;
+  AxisOptions options_;
+  Angle home_;
+  double max_speed_rad_per_s_;
+  double acceleration_rad_per_s2_;
+  Time settle_;
+  random::Key positioning_key_;
+  random::Key homing_key_;
+  std::deque<Segment> segments_;  ///< the last few: an exposure may reach back over a stop
+  std::optional<Angle> held_;     ///< the target the axis stands at or travels to
+  std::uint64_t moves_ = 0;
+  std::uint64_t homings_ = 0;
+  double homing_error_rad_ = 0.0;
+};
+
+}  // namespace gonio::sim

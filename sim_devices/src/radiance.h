@@ -1,0 +1,58 @@
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "gonio/brdf/brdf_model.h"
+#include "gonio/devices/target_changer.h"
+#include "gonio/rig/kinematics.h"
+#include "gonio/sim/sim_options.h"
+#include "lens.h"
+
+namespace gonio::sim {
+
+/// What the lens would see of the scene under 1 W/sr in each band: three planes (R, G, B) of
+/// radiance in W m^-2 sr^-1, row-major, without falloff, ambient light, stray light and noise.
+struct RadianceImage {
+  std::vector<float> planes[3];
+};
+
+/// Renders radiance images; the last few are kept, because a bracket of exposures and three lamp
+/// channels all look at one of them.
+///
+/// Threads  One.
+class RadianceRenderer {
+ public:
+  explicit RadianceRenderer(const SimOptions& options);
+
+  /// At true joint angles. The image stays valid as long as the pointer is held.
+  std::shared_ptr<const RadianceImage> render(const rig::Joints& joints, devices::Target target);
+
+  const Lens& lens() const { return lens_; }
+
+  /// Radiance of a perfect white at the rig's centre under normal incidence, per W/sr.
+  double white_radiance() const { return white_radiance_; }
+
+ private:
+  struct Entry {
+    rig::Joints joints;
+    devices::Target target;
+    std::shared_ptr<const RadianceImage> image;
+  };
+
+  std::shared_ptr<const RadianceImage> render_anew(const rig::Joints& joints,
+                                                   devices::Target target) const;
+  const brdf::BrdfModel* material_at(double x_mm, double y_mm, devices::Target target) const;
+
+  SimOptions options_;
+  Lens lens_;
+  std::shared_ptr<const brdf::BrdfModel> white_tile_;
+  std::shared_ptr<const brdf::BrdfModel> patch_;
+  std::shared_ptr<const brdf::BrdfModel> holder_;
+  double lamp_distance_mm_;
+  double white_radiance_;
+  std::vector<Entry> kept_;  ///< latest last
+};
+
+}  // namespace gonio::sim

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "gonio/sim/sim_options.h"
+
+namespace gonio::sim {
+
+/// From light to DN: shot noise, dark current, fixed pattern, read noise, offset, quantisation.
+///
+/// Threads  const members from any thread.
+/// Source   The linear camera model of EMVA Standard 1288, release 4.0, section 2.
+class Sensor {
+ public:
+  Sensor(const CameraOptions& options, std::uint64_t seed);
+
+  /// `electron_rates`  Electrons per second and pixel from light, without the fixed pattern.
+  /// `frame`           Names the noise: the same frame of the same seed is the same to the byte.
+  std::vector<std::uint16_t> expose(std::span<const double> electron_rates, double seconds,
+                                    std::uint64_t frame) const;
+
+  std::uint16_t saturation_level_dn() const { return saturation_level_dn_; }
+
+ private:
+  CameraOptions options_;
+  std::uint64_t seed_;
+  std::uint16_t saturation_level_dn_;
+  std::vector<float> gain_;  ///< 1 + prnu
+  std::vector<float> dark_e_per_s_;
+  std::vector<float> offset_e_;
+};
+
+}  // namespace gonio::sim
