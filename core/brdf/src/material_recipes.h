@@ -30,9 +30,9 @@ struct Haze {
 /// Pigment or fibre under a clear surface: paint, plastic, glaze, varnish, stone.
 struct Opaque {
   Published surface;
-  Rgb base;                   ///< albedo below the surface
-  double sigma = 0.0;         ///< roughness of the base
-  Rgb depth = Rgb::Zero();    ///< optical depth of a stained surface layer
+  Rgb base;                 ///< albedo below the surface
+  double sigma = 0.0;       ///< roughness of the base
+  Rgb depth = Rgb::Zero();  ///< optical depth of a stained surface layer
   std::vector<Gloss> gloss;
   Haze haze = {};
 };
@@ -43,8 +43,8 @@ struct Metal {
   Published metal;
   std::vector<Gloss> gloss;
   Haze haze = {};
-  Rgb tint = Rgb::Ones();     ///< tarnish
-  Rgb dull = Rgb::Zero();     ///< albedo of oxide and dirt between
+  Rgb tint = Rgb::Ones();  ///< tarnish
+  Rgb dull = Rgb::Zero();  ///< albedo of oxide and dirt between
 };
 std::shared_ptr<const BrdfModel> model_of(const Metal& recipe);
 
@@ -53,7 +53,7 @@ struct Cloth {
   Published fibre;
   Rgb diffuse;
   double sigma = 0.5;
-  Rgb volume = Rgb::Zero();   ///< scattered once between the fibres
+  Rgb volume = Rgb::Zero();  ///< scattered once between the fibres
   double asymmetry = 0.0;
   Rgb sheen = Rgb::Zero();
   double sheen_roughness = 0.3;
@@ -72,7 +72,7 @@ struct Flakes {
   std::vector<Gloss> flakes;  ///< inside the coat
   Rgb tint = Rgb::Ones();
   Rgb base = Rgb::Zero();
-  Rgb depth = Rgb::Zero();    ///< of a candy coat
+  Rgb depth = Rgb::Zero();  ///< of a candy coat
 };
 std::shared_ptr<const BrdfModel> model_of(const Flakes& recipe);
 
@@ -87,7 +87,8 @@ std::shared_ptr<const BrdfModel> model_of(const Fitted& recipe);
 /// Adds the materials of one family to a list.
 class Family {
  public:
-  Family(std::string name, std::vector<BuiltinMaterial>& list) : name_(std::move(name)), list_(list) {}
+  Family(std::string name, std::vector<BuiltinMaterial>& list)
+      : name_(std::move(name)), list_(list) {}
 
   template <typename Recipe>
   void add(std::string material, std::string description, const Published& constants,

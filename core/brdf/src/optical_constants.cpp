@@ -11,15 +11,9 @@ Rgb rgb(double r, double g, double b) { return {r, g, b}; }
 
 }  // namespace
 
-Published gold() {
-  return {{rgb(0.188, 0.544, 1.332), rgb(3.403, 2.231, 1.869)}, kNobleMetals};
-}
-Published silver() {
-  return {{rgb(0.057, 0.054, 0.047), rgb(4.254, 3.429, 2.803)}, kNobleMetals};
-}
-Published copper() {
-  return {{rgb(0.275, 1.116, 1.247), rgb(3.372, 2.596, 2.456)}, kNobleMetals};
-}
+Published gold() { return {{rgb(0.188, 0.544, 1.332), rgb(3.403, 2.231, 1.869)}, kNobleMetals}; }
+Published silver() { return {{rgb(0.057, 0.054, 0.047), rgb(4.254, 3.429, 2.803)}, kNobleMetals}; }
+Published copper() { return {{rgb(0.275, 1.116, 1.247), rgb(3.372, 2.596, 2.456)}, kNobleMetals}; }
 Published aluminium() {
   return {{rgb(1.430, 0.939, 0.686), rgb(7.507, 6.420, 5.635)},
           "n, k: Rakic, Appl. Opt. 34, 4755 (1995)"};
@@ -51,9 +45,7 @@ Published stainless_steel() {
   return {{rgb(2.141, 1.846, 1.561), rgb(3.420, 3.113, 2.839)},
           "n, k: Karlsson and Ribbing, J. Appl. Phys. 53, 6340 (1982), ferritic"};
 }
-Published brass() {
-  return {{rgb(0.445, 0.568, 0.947), rgb(3.522, 2.588, 1.920)}, kCopperZinc};
-}
+Published brass() { return {{rgb(0.445, 0.568, 0.947), rgb(3.522, 2.588, 1.920)}, kCopperZinc}; }
 Published gilding_metal() {
   return {{rgb(0.327, 0.652, 0.948), rgb(3.226, 2.275, 2.012)}, kCopperZinc};
 }
@@ -65,8 +57,7 @@ Published electrum() {
 Published transparent(double nd, double abbe, const std::string& source) {
   // Fraunhofer lines in um: F 0.4861, d 0.5876, C 0.6563; abbe = (nd - 1) / (nF - nC).
   const auto inverse_square = [](double um) { return 1.0 / (um * um); };
-  const double slope =
-      (nd - 1.0) / abbe / (inverse_square(0.4861) - inverse_square(0.6563));
+  const double slope = (nd - 1.0) / abbe / (inverse_square(0.4861) - inverse_square(0.6563));
   const auto at = [&](double um) {
     return nd + slope * (inverse_square(um) - inverse_square(0.5876));
   };

@@ -25,9 +25,9 @@ Published cobalt();
 Published tungsten();
 Published platinum();
 Published stainless_steel();
-Published brass();           ///< 70 % Cu, 30 % Zn
-Published gilding_metal();   ///< 90 % Cu, 10 % Zn
-Published electrum();        ///< 60 % Au, 40 % Ag
+Published brass();          ///< 70 % Cu, 30 % Zn
+Published gilding_metal();  ///< 90 % Cu, 10 % Zn
+Published electrum();       ///< 60 % Au, 40 % Ag
 
 /// A transparent solid: Cauchy dispersion through the index at 587.6 nm with the Abbe number.
 Published transparent(double nd, double abbe, const std::string& source);

@@ -18,8 +18,11 @@ struct BuiltinMaterial {
   std::shared_ptr<const BrdfModel> model;
 };
 
-/// All of them, in a fixed order.
+/// All of them, in a fixed order, families together. Built at the first call.
 const std::vector<BuiltinMaterial>& builtin_materials();
+
+/// The families in the order of builtin_materials(), each once.
+std::vector<std::string> families();
 
 /// Throws std::invalid_argument naming the nearest name.
 const BuiltinMaterial& builtin_material(std::string_view name);
