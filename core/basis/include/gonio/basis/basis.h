@@ -31,10 +31,17 @@ struct Basis {
 };
 
 /// Trains on some of a set's materials (indices into set.materials(), ascending) from the Gram of
-/// the whole set. `component_count` is cut to the rank. Throws NumericalError below 2 materials or
-/// when the spectrum is not finite.
+/// the whole set. `component_count` is cut to the rank. Of each component's two possible signs the
+/// one is taken that makes its largest entry over the training rows positive.
+/// Throws NumericalError below 2 materials or when the spectrum is not finite or all materials are
+/// the same; std::invalid_argument for indices out of range or order, another set's Gram, or a
+/// component count below 1.
 Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
             std::span<const std::size_t> materials, int component_count = kDefaultComponents);
+
+/// The same on all materials of the set.
+Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
+            int component_count = kDefaultComponents);
 
 /// Rows of Q and mu at a measured direction: interpolated trilinearly, never snapped to a cell.
 struct BasisRow {
@@ -43,16 +50,22 @@ struct BasisRow {
   double weight = 0.0;  ///< mapping weight at the exact direction
 };
 
-/// Looks rows up. Holds a reference: the basis must outlive it.
+/// Looks rows up. Holds a reference: the basis must outlive it. Cheap to make.
+///
+/// Threads  at() from many.
 class BasisRows {
  public:
   explicit BasisRows(const Basis& basis);
-  /// Throws std::invalid_argument when the direction is below the horizon.
+  /// Throws std::invalid_argument when the direction is below the horizon or an angle is out of
+  /// range. Where all corners lie below the horizon (within the last degree before grazing) the
+  /// nearest cell above it stands in.
   BasisRow at(const brdf::HalfDiff& direction) const;
+
+  const Basis& basis() const { return basis_; }
 
  private:
   const Basis& basis_;
-  std::vector<std::int32_t> column_of_cell_;  ///< -1 where the lattice cell is not in the basis
+  const std::vector<std::int32_t>& column_of_cell_;  ///< -1 where the cell is not in the basis
 };
 
 }  // namespace gonio::basis

@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string_view>
 
 #include "gonio/basis/basis.h"
+#include "gonio/basis/dense_field.h"
 #include "gonio/samples/samples.h"
 
 namespace gonio::basis {
@@ -13,30 +15,44 @@ enum class Method {
   nielsen  ///< as published: eta = 40 for every sample, k = n components, one iteration
 };
 
+std::string_view to_string(Method method);
+/// Throws std::invalid_argument naming the methods that exist.
+Method method_from_string(std::string_view name);
+
 struct ReconstructOptions {
   Method method = Method::ridge;
   /// A fixed eta = m sigma^2 for every sample; empty: from the samples' own sigma, plus
   /// `model_eta` for what the basis cannot express.
   std::optional<double> eta;
   double model_eta = 0.3;
-  int relinearisations = 3;  ///< rounds for dark samples (f w + eps near or below 0)
+  int relinearisations = 3;  ///< rounds for dark samples (f w + eps near or below 0) and slopes
 };
 
 /// Coefficients of one material and how well they explain its samples.
 struct Fit {
-  Eigen::MatrixXd coefficients;     ///< k x 3
-  Eigen::MatrixXd fitted_per_sr;    ///< n x 3, the fit at the samples
-  Eigen::MatrixXd standardised;     ///< n x 3 residuals over their prior-free sigma, mapped domain
-  double chi2_per_sample = 0.0;
+  Eigen::MatrixXd coefficients;   ///< k x 3; components a method does not use are 0
+  Eigen::MatrixXd fitted_per_sr;  ///< n x 3, the fit at the samples
+  Eigen::MatrixXd standardised;   ///< n x 3 residuals over their prior-free sigma, mapped domain
+  double chi2_per_sample = 0.0;   ///< r^T R^-1 r / (3 n) of the residuals r
+  /// y^T (R + A A^T/m)^-1 y / (3 n) of y = x - mu: about 1 when the material is like the training
+  /// ones and the noise as stated, large when it is outside their span.
+  double innovation_chi2_per_sample = 0.0;
 };
 
 /// Solves for one material, per channel: minimises (x - mu - A c)^T R^-1 (x - mu - A c) + m c^T c,
-/// R = independent + pose-common + model noise in the mapped domain; angle uncertainty enters R
-/// through the slope of the current fit.
-/// Throws std::invalid_argument for no samples or a scale other than the basis'; NumericalError.
-Fit fit(const Basis& basis, const samples::SampleSet& samples, const ReconstructOptions& options);
-
-/// The whole BRDF of some coefficients; negatives clamped at 0.
-brdf::BrdfTable expand(const Basis& basis, const Eigen::MatrixXd& coefficients);
+/// the posterior mean for the prior c ~ N(0, I/m).
+///
+/// R        Mapped domain: diag(sigma_x^2 + model_eta/m), and for the samples of one pose what they
+///          share: u_common, and the error of each angle times the slope of the current fit along
+///          it (a pose has one position, whatever the number of its sub-samples). With options.eta:
+///          eta/m on the diagonal, nothing else.
+/// Dark     A sample with f w + eps below three of its own sigmas (or below eps/2) has no usable
+///          logarithm: it enters linearised at the fit, x = g(f^) + g'(f^)(f - f^), f^ kept within
+///          three sigmas of the sample. Without relinearisations, as in `nielsen`, or without any
+///          sigma, negative values count as 0.
+/// Throws   std::invalid_argument for no samples, values that are not finite, a direction below the
+///          horizon, options out of range or a scale other than the basis'; NumericalError.
+Fit fit(const Basis& basis, const samples::SampleSet& samples,
+        const ReconstructOptions& options = {});
 
 }  // namespace gonio::basis

@@ -71,7 +71,7 @@ class TrainingSet {
     std::vector<std::uint32_t> missing;  ///< positions in cells(), ascending
   };
 
-  Mapped map(const brdf::BrdfTable& table, bool alone) const;
+  Mapped map(const brdf::BrdfTable& table) const;
   Mapped map(const brdf::BrdfModel& model) const;
   void check_new_name(const std::string& name) const;
   void append(MaterialId id, Mapped mapped);

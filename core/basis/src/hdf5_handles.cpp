@@ -1,0 +1,42 @@
+#include "hdf5_handles.h"
+
+namespace gonio::basis::detail {
+namespace {
+
+herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* message) {
+  auto& text = *static_cast<std::string*>(message);
+  if (text.empty() && error->desc != nullptr) text = error->desc;
+  return 0;
+}
+
+H5Handle string_type(std::size_t size) {
+  H5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type.get(), size);
+  H5Tset_cset(type.get(), H5T_CSET_UTF8);
+  return type;
+}
+
+}  // namespace
+
+SilentH5Errors::SilentH5Errors() {
+  H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+SilentH5Errors::~SilentH5Errors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+
+std::string last_h5_message() {
+  std::string message;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &message);
+  return message;
+}
+
+H5Handle text_type() { return string_type(H5T_VARIABLE); }
+
+H5Handle fixed_text_type(std::size_t size) {
+  H5Handle type = string_type(size);
+  H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
+  return type;
+}
+
+}  // namespace gonio::basis::detail

@@ -1,0 +1,181 @@
+#include "noise_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+namespace gonio::basis::detail {
+namespace {
+
+using samples::Sample;
+
+/// No sample is believed better than this (nepers): keeps R regular when a set states no noise.
+constexpr double kLeastSigma = 1e-6;
+/// Below this many sigmas above zero a logarithm is mostly noise.
+constexpr double kDarkSigmas = 3.0;
+
+constexpr std::array<Angle brdf::HalfDiff::*, 3> kAngles = {
+    &brdf::HalfDiff::theta_h, &brdf::HalfDiff::theta_d, &brdf::HalfDiff::phi_d};
+constexpr std::array<Angle Sample::*, 3> kAngleUncertainties = {
+    &Sample::u_theta_h, &Sample::u_theta_d, &Sample::u_phi_d};
+
+/// `direction` with one angle moved, kept on the lattice's side of the poles and above the
+/// horizon (where it cannot be, it stays).
+brdf::HalfDiff moved(const brdf::HalfDiff& direction, Angle brdf::HalfDiff::*angle, Angle by) {
+  brdf::HalfDiff there = direction;
+  there.*angle += by;
+  if (angle != &brdf::HalfDiff::phi_d) {
+    there.*angle = std::clamp(there.*angle, Angle(), Angle::from_degrees(90.0));
+  }
+  return brdf::above_horizon(there.theta_h, there.theta_d, there.phi_d) ? there : direction;
+}
+
+void set_row(const BasisRow& row, Eigen::Index i, Eigen::MatrixXd& a, Eigen::VectorXd& mean,
+             Eigen::VectorXd& weight) {
+  a.row(i) = row.q.head(a.cols()).transpose();
+  mean[i] = row.mean;
+  weight[i] = row.weight;
+}
+
+SampleRows::Shifted look_up_shifted(const BasisRows& rows, const samples::SampleSet& set,
+                                    Eigen::Index components, std::size_t which) {
+  SampleRows::Shifted shifted;
+  const auto uncertainty = kAngleUncertainties[which];
+  const auto angle = kAngles[which];
+  shifted.used = std::any_of(set.samples.begin(), set.samples.end(),
+                             [&](const Sample& sample) { return sample.*uncertainty > Angle(); });
+  if (!shifted.used) return shifted;
+
+  const Eigen::Index n = static_cast<Eigen::Index>(set.samples.size());
+  shifted.a_plus.setZero(n, components);
+  shifted.a_minus.setZero(n, components);
+  for (Eigen::VectorXd* const vector : {&shifted.mean_plus, &shifted.mean_minus, &shifted.factor}) {
+    vector->setZero(n);
+  }
+  shifted.weight_plus.setOnes(n);
+  shifted.weight_minus.setOnes(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Sample& sample = set.samples[static_cast<std::size_t>(i)];
+    const Angle u = sample.*uncertainty;
+    if (u <= Angle()) continue;
+    const brdf::HalfDiff plus = moved(sample.direction, angle, u);
+    const brdf::HalfDiff minus = moved(sample.direction, angle, -u);
+    const Angle distance = plus.*angle - minus.*angle;
+    if (distance <= Angle()) continue;
+    set_row(rows.at(plus), i, shifted.a_plus, shifted.mean_plus, shifted.weight_plus);
+    set_row(rows.at(minus), i, shifted.a_minus, shifted.mean_minus, shifted.weight_minus);
+    shifted.factor[i] = u / distance;
+  }
+  return shifted;
+}
+
+/// Change of x = g(f) with one standard uncertainty of an angle. f moves along the fit while the
+/// weight stays the one of the nominal direction, as it does for the measured value.
+Eigen::VectorXd angle_errors(const LogMapping& mapping, const SampleRows::Shifted& shifted,
+                             const Eigen::VectorXd& weight, const Eigen::VectorXd& coefficients) {
+  const Eigen::VectorXd plus = shifted.mean_plus + shifted.a_plus * coefficients;
+  const Eigen::VectorXd minus = shifted.mean_minus + shifted.a_minus * coefficients;
+  Eigen::VectorXd errors(weight.size());
+  for (Eigen::Index i = 0; i < weight.size(); ++i) {
+    const double f_plus = mapping.inverse(plus[i], shifted.weight_plus[i]);
+    const double f_minus = mapping.inverse(minus[i], shifted.weight_minus[i]);
+    errors[i] = shifted.factor[i] *
+                (mapping.forward(f_plus, weight[i]) - mapping.forward(f_minus, weight[i]));
+  }
+  return errors;
+}
+
+}  // namespace
+
+SampleRows look_up(const BasisRows& rows, const samples::SampleSet& set, Eigen::Index components) {
+  const Eigen::Index n = static_cast<Eigen::Index>(set.samples.size());
+  SampleRows found;
+  found.a.resize(n, components);
+  found.mean.resize(n);
+  found.weight.resize(n);
+  std::map<int, std::vector<Eigen::Index>> by_pose;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Sample& sample = set.samples[static_cast<std::size_t>(i)];
+    try {
+      set_row(rows.at(sample.direction), i, found.a, found.mean, found.weight);
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("sample " + std::to_string(i + 1) + ": " + error.what());
+    }
+    if (sample.pose >= 0) by_pose[sample.pose].push_back(i);
+  }
+  for (std::size_t which = 0; which < found.shifted.size(); ++which) {
+    found.shifted[which] = look_up_shifted(rows, set, components, which);
+  }
+  for (auto& [pose, members] : by_pose) {
+    if (members.size() > 1) found.poses.push_back(std::move(members));
+  }
+  return found;
+}
+
+MappedSamples map_samples(const Basis& basis, const SampleRows& rows, const samples::SampleSet& set,
+                          int channel, const ReconstructOptions& options,
+                          const Eigen::VectorXd& coefficients, const Eigen::VectorXd& fitted) {
+  const LogMapping& mapping = basis.mapping;
+  const double m = static_cast<double>(basis.row_count());
+  const Eigen::Index n = rows.mean.size();
+  MappedSamples mapped;
+  mapped.x.resize(n);
+  mapped.variance.resize(n);
+  mapped.common.setZero(n, 4);
+
+  const bool own_noise = !options.eta.has_value();
+  const double model_variance =
+      (own_noise ? options.model_eta : *options.eta) / m + kLeastSigma * kLeastSigma;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Sample& sample = set.samples[static_cast<std::size_t>(i)];
+    const double w = rows.weight[i];
+    const double f = sample.value_per_sr[channel];
+    const double sigma = sample.sigma_per_sr[channel];
+    const double u_common = sample.u_common_per_sr[channel];
+    const double spread = kDarkSigmas * std::hypot(sigma, u_common);
+    const bool dark = f * w + mapping.epsilon < std::max(w * spread, 0.5 * mapping.epsilon);
+
+    if (dark && spread > 0.0 && options.relinearisations > 0) {
+      // Before the first fit the point of linearisation is a third of what the sample allows.
+      const double guess = fitted.size() > 0 ? fitted[i] : std::max(f, 0.0) + spread / 3.0;
+      const double at = std::clamp(guess, 0.0, std::max(f, 0.0) + spread);
+      const double slope = mapping.derivative(at, w);
+      mapped.x[i] = mapping.forward(at, w) + slope * (f - at);
+      // A sample that is all noise says nothing through eta: its own sigma always counts.
+      mapped.variance[i] = model_variance + slope * slope * sigma * sigma;
+      mapped.common(i, 0) = slope * u_common;
+      mapped.depends_on_fit = true;
+    } else {
+      const double value = std::max(f, 0.0);
+      const double slope = own_noise ? mapping.derivative(value, w) : 0.0;
+      mapped.x[i] = mapping.forward(value, w);
+      mapped.variance[i] = model_variance + slope * slope * sigma * sigma;
+      mapped.common(i, 0) = slope * u_common;
+    }
+  }
+
+  if (own_noise) {
+    for (std::size_t which = 0; which < rows.shifted.size(); ++which) {
+      if (!rows.shifted[which].used) continue;
+      mapped.common.col(static_cast<Eigen::Index>(which) + 1) =
+          angle_errors(mapping, rows.shifted[which], rows.weight, coefficients);
+      mapped.depends_on_fit = true;
+    }
+  }
+
+  // What no other sample shares is independent.
+  std::vector<bool> shared(static_cast<std::size_t>(n), false);
+  for (const auto& members : rows.poses) {
+    for (const Eigen::Index i : members) shared[static_cast<std::size_t>(i)] = true;
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (shared[static_cast<std::size_t>(i)]) continue;
+    mapped.variance[i] += mapped.common.row(i).squaredNorm();
+    mapped.common.row(i).setZero();
+  }
+  return mapped;
+}
+
+}  // namespace gonio::basis::detail

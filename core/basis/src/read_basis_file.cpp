@@ -1,0 +1,309 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "basis_schema.h"
+#include "gonio/basis/basis_file.h"
+#include "gonio/errors/errors.h"
+#include "gonio/parallel/parallel.h"
+#include "hdf5_handles.h"
+
+namespace gonio::basis {
+namespace {
+
+using detail::H5Handle;
+
+static_assert(std::endian::native == std::endian::little,
+              "values are read as they stand in the file");
+
+class Reader {
+ public:
+  explicit Reader(const std::filesystem::path& path) : path_(path), file_(open(path)) {
+    file_bytes_ = std::filesystem::file_size(path);
+  }
+
+  std::string text_attribute(const char* name) const {
+    const H5Handle attribute = open_attribute(name);
+    const H5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+    if (H5Tget_class(type.get()) != H5T_STRING || H5Tis_variable_str(type.get()) <= 0) {
+      fail(name, "attribute is not a string of variable length");
+    }
+    char* raw = nullptr;
+    const H5Handle memory = detail::text_type();
+    H5Tset_cset(memory.get(), H5Tget_cset(type.get()));
+    if (H5Aread(attribute.get(), memory.get(), &raw) < 0) fail(name, "attribute cannot be read");
+    const std::string text = raw == nullptr ? "" : raw;
+    H5free_memory(raw);
+    return text;
+  }
+
+  template <typename Number>
+  Number number_attribute(const char* name) const {
+    const H5Handle attribute = open_attribute(name);
+    const H5Handle type(H5Aget_type(attribute.get()), H5Tclose);
+    const bool whole = std::is_integral_v<Number>;
+    if (H5Tget_class(type.get()) != (whole ? H5T_INTEGER : H5T_FLOAT)) {
+      fail(name, whole ? "attribute is not a whole number" : "attribute is not a float");
+    }
+    Number value{};
+    if (H5Aread(attribute.get(), whole ? H5T_NATIVE_INT : H5T_NATIVE_DOUBLE, &value) < 0) {
+      fail(name, "attribute cannot be read");
+    }
+    return value;
+  }
+
+  /// A contiguous data set of this rank and type whose bytes lie in this very file.
+  struct DataSet {
+    H5Handle set;
+    std::vector<hsize_t> shape;
+  };
+  DataSet open_set(const char* name, hid_t type, int rank) const {
+    H5L_info_t link{};
+    if (H5Lexists(file_.get(), name, H5P_DEFAULT) <= 0 ||
+        H5Lget_info(file_.get(), name, &link, H5P_DEFAULT) < 0) {
+      fail(name, "data set is missing");
+    }
+    if (link.type != H5L_TYPE_HARD) fail(name, "is a link out of the file, expected a data set");
+    DataSet found{H5Handle(H5Dopen2(file_.get(), name, H5P_DEFAULT), H5Dclose), {}};
+    if (!found.set.valid()) fail(name, "is not a readable data set");
+    const H5Handle stored(H5Dget_type(found.set.get()), H5Tclose);
+    if (H5Tequal(stored.get(), type) <= 0) fail(name, "has another number format than expected");
+    const H5Handle space(H5Dget_space(found.set.get()), H5Sclose);
+    const int dimensions = H5Sget_simple_extent_ndims(space.get());
+    if (dimensions != rank) {
+      fail(name,
+           "found " + std::to_string(dimensions) + " dimensions, expected " + std::to_string(rank));
+    }
+    found.shape.resize(static_cast<std::size_t>(rank));
+    H5Sget_simple_extent_dims(space.get(), found.shape.data(), nullptr);
+    const H5Handle creation(H5Dget_create_plist(found.set.get()), H5Pclose);
+    if (H5Pget_layout(creation.get()) != H5D_CONTIGUOUS ||
+        H5Pget_external_count(creation.get()) != 0) {
+      fail(name, "is not stored contiguously in this file (h5repack -l CONTI makes it so)");
+    }
+    return found;
+  }
+
+  void expect_length(const char* name, hsize_t found, std::size_t expected) const {
+    if (found != expected) {
+      fail(name,
+           "found length " + std::to_string(found) + ", expected " + std::to_string(expected));
+    }
+  }
+
+  /// Call before allocating: refuses a data set whose values the file does not hold.
+  void expect_stored(const char* name, const DataSet& data, std::uintmax_t bytes) const {
+    if (bytes > file_bytes_ || H5Dget_storage_size(data.set.get()) != bytes) {
+      fail(name, "the file does not hold the values its shape promises");
+    }
+    const haddr_t offset = H5Dget_offset(data.set.get());
+    if (offset == HADDR_UNDEF || offset > file_bytes_ - bytes) {
+      fail(name, "the values lie beyond the end of the file");
+    }
+  }
+
+  void read(const char* name, const DataSet& data, hid_t type, void* out) const {
+    if (H5Dread(data.set.get(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, out) < 0) {
+      fail(name, "cannot be read: " + detail::last_h5_message());
+    }
+  }
+
+  std::vector<std::string> texts(const char* name) const;
+
+  [[noreturn]] void fail(const std::string& place, const std::string& message) const {
+    throw DataFormatError(path_, place, message);
+  }
+
+ private:
+  static H5Handle open(const std::filesystem::path& path) {
+    if (::access(path.c_str(), R_OK) != 0) throw FileError(path, "open for reading", errno);
+    if (!std::filesystem::is_regular_file(path)) {
+      throw FileError(path, "open for reading", std::string("not a regular file"));
+    }
+    H5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+    if (!file.valid()) {
+      throw DataFormatError(path, "file", "not a readable HDF5 file, expected a gonio basis");
+    }
+    return file;
+  }
+
+  H5Handle open_attribute(const char* name) const {
+    H5Handle attribute(H5Aopen(file_.get(), name, H5P_DEFAULT), H5Aclose);
+    if (!attribute.valid()) fail(name, "attribute is missing");
+    const H5Handle space(H5Aget_space(attribute.get()), H5Sclose);
+    if (H5Sget_simple_extent_npoints(space.get()) != 1) fail(name, "attribute is not one value");
+    return attribute;
+  }
+
+  std::filesystem::path path_;
+  H5Handle file_;
+  std::uintmax_t file_bytes_ = 0;
+};
+
+std::vector<std::string> Reader::texts(const char* name) const {
+  std::size_t width = 0;
+  {
+    const H5Handle probe(H5Dopen2(file_.get(), name, H5P_DEFAULT), H5Dclose);
+    const H5Handle type(probe.valid() ? H5Dget_type(probe.get()) : H5I_INVALID_HID, H5Tclose);
+    if (!type.valid() || H5Tget_class(type.get()) != H5T_STRING ||
+        H5Tis_variable_str(type.get()) != 0) {
+      fail(name, "is not a data set of strings of fixed length");
+    }
+    width = H5Tget_size(type.get());
+  }
+  if (width == 0 || width > schema::kLongestText) {
+    fail(name, "texts of " + std::to_string(width) + " bytes, at most " +
+                   std::to_string(schema::kLongestText) + " expected");
+  }
+  const H5Handle type = detail::fixed_text_type(width);
+  const DataSet data = open_set(name, type.get(), 1);
+  if (data.shape[0] > schema::kMostMaterials) {
+    fail(name, "found " + std::to_string(data.shape[0]) + " materials, at most " +
+                   std::to_string(schema::kMostMaterials) + " expected");
+  }
+  const std::size_t count = static_cast<std::size_t>(data.shape[0]);
+  if (count == 0) fail(name, "there are no materials");
+  expect_stored(name, data, count * width);
+  std::string padded(count * width, '\0');
+  read(name, data, type.get(), padded.data());
+  std::vector<std::string> found(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    found[i] = padded.substr(i * width, width);
+    found[i].erase(std::min(found[i].find('\0'), width));
+  }
+  return found;
+}
+
+void check_header(const Reader& reader) {
+  const auto expect = [&](const char* name, const std::string& found, const std::string& wanted) {
+    if (found != wanted) reader.fail(name, "found '" + found + "', expected '" + wanted + "'");
+  };
+  expect(schema::kAttributeKind, reader.text_attribute(schema::kAttributeKind), schema::kFileKind);
+  expect(schema::kAttributeVersion,
+         std::to_string(reader.number_attribute<int>(schema::kAttributeVersion)),
+         std::to_string(schema::kVersion));
+  expect(schema::kAttributeConvention, reader.text_attribute(schema::kAttributeConvention),
+         std::string(to_string(brdf::IndexConvention::bin_centre)));
+}
+
+LogMapping read_mapping(const Reader& reader) {
+  LogMapping mapping;
+  mapping.epsilon = reader.number_attribute<double>(schema::kAttributeEpsilon);
+  mapping.cosine_floor = reader.number_attribute<double>(schema::kAttributeFloor);
+  if (!(mapping.epsilon > 1e-30 && mapping.epsilon < 1e30)) {
+    reader.fail(schema::kAttributeEpsilon,
+                "found " + std::to_string(mapping.epsilon) + ", expected a positive number");
+  }
+  if (!(mapping.cosine_floor > 0.0 && mapping.cosine_floor <= 1.0)) {
+    reader.fail(schema::kAttributeFloor,
+                "found " + std::to_string(mapping.cosine_floor) + ", expected a number in (0, 1]");
+  }
+  return mapping;
+}
+
+brdf::RadiometricScale read_scale(const Reader& reader) {
+  const std::string name = reader.text_attribute(schema::kAttributeScale);
+  try {
+    return brdf::radiometric_scale_from_string(name);
+  } catch (const std::invalid_argument& error) {
+    reader.fail(schema::kAttributeScale, error.what());
+  }
+}
+
+std::vector<MaterialId> read_materials(const Reader& reader) {
+  std::vector<std::string> names = reader.texts(schema::kMaterialNames);
+  std::vector<std::string> families = reader.texts(schema::kMaterialFamilies);
+  std::vector<std::string> hashes = reader.texts(schema::kMaterialHashes);
+  reader.expect_length(schema::kMaterialFamilies, families.size(), names.size());
+  reader.expect_length(schema::kMaterialHashes, hashes.size(), names.size());
+  std::vector<MaterialId> materials(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    materials[i] = {std::move(names[i]), std::move(families[i]), std::move(hashes[i])};
+  }
+  return materials;
+}
+
+void check_finite(const Reader& reader, const char* name, const float* values, std::size_t count) {
+  constexpr std::size_t kBlock = 1 << 20;
+  const bool finite = parallel::reduce_blocks(
+      0, count, kBlock, true,
+      [&](std::size_t begin, std::size_t end) {
+        // Infinity and NaN have all exponent bits set; an integer maximum is vectorised.
+        std::uint32_t largest = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+          largest = std::max(largest, std::bit_cast<std::uint32_t>(values[i]) & 0x7fffffffu);
+        }
+        return largest < 0x7f800000u;
+      },
+      [](bool& all, bool part) { all = all && part; });
+  if (!finite) reader.fail(name, "holds a value that is NaN or infinite");
+}
+
+Basis read_checked(const Reader& reader) {
+  check_header(reader);
+  Basis basis;
+  basis.mapping = read_mapping(reader);
+  basis.scale = read_scale(reader);
+  basis.materials = read_materials(reader);
+  const std::size_t rows = 3 * basis.materials.size();
+
+  const std::vector<std::uint32_t>& cells = brdf::lattice::cells_above_horizon();
+  const std::size_t p = cells.size();
+  const Reader::DataSet cell_set = reader.open_set(schema::kCells, H5T_STD_U32LE, 1);
+  reader.expect_length(schema::kCells, cell_set.shape[0], p);
+  reader.expect_stored(schema::kCells, cell_set, p * sizeof(std::uint32_t));
+  std::vector<std::uint32_t> found_cells(p);
+  reader.read(schema::kCells, cell_set, H5T_NATIVE_UINT32, found_cells.data());
+  if (found_cells != cells) {
+    reader.fail(schema::kCells, "are not the bin centres above the horizon");
+  }
+
+  const Reader::DataSet values = reader.open_set(schema::kSingularValues, H5T_IEEE_F64LE, 1);
+  reader.expect_length(schema::kSingularValues, values.shape[0], rows - 1);
+  reader.expect_stored(schema::kSingularValues, values, (rows - 1) * sizeof(double));
+  basis.singular_values.resize(static_cast<Eigen::Index>(rows - 1));
+  reader.read(schema::kSingularValues, values, H5T_NATIVE_DOUBLE, basis.singular_values.data());
+
+  const Reader::DataSet mean = reader.open_set(schema::kMean, H5T_IEEE_F32LE, 1);
+  reader.expect_length(schema::kMean, mean.shape[0], p);
+  reader.expect_stored(schema::kMean, mean, p * sizeof(float));
+  basis.mean.resize(static_cast<Eigen::Index>(p));
+  reader.read(schema::kMean, mean, H5T_NATIVE_FLOAT, basis.mean.data());
+  check_finite(reader, schema::kMean, basis.mean.data(), p);
+
+  const Reader::DataSet components = reader.open_set(schema::kComponents, H5T_IEEE_F32LE, 2);
+  reader.expect_length(schema::kComponents, components.shape[0], p);
+  const hsize_t k = components.shape[1];
+  if (k < 1 || k > rows - 1) {
+    reader.fail(schema::kComponents, "found " + std::to_string(k) + " components, expected 1 to " +
+                                         std::to_string(rows - 1));
+  }
+  const std::size_t count = p * static_cast<std::size_t>(k);
+  reader.expect_stored(schema::kComponents, components, count * sizeof(float));
+  basis.components.resize(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
+  reader.read(schema::kComponents, components, H5T_NATIVE_FLOAT, basis.components.data());
+  check_finite(reader, schema::kComponents, basis.components.data(), count);
+
+  const auto leading = basis.singular_values.head(static_cast<Eigen::Index>(k)).array();
+  if (!basis.singular_values.allFinite() || !(leading > 0.0).all()) {
+    reader.fail(schema::kSingularValues, "are not all finite, or not positive where used");
+  }
+  return basis;
+}
+
+}  // namespace
+
+Basis read_basis(const std::filesystem::path& path) {
+  const std::lock_guard lock(schema::library_mutex());
+  const detail::SilentH5Errors silent;
+  return read_checked(Reader(path));
+}
+
+}  // namespace gonio::basis
