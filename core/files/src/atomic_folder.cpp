@@ -3,7 +3,6 @@
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include "gonio/errors/errors.h"
 #include "posix.h"
@@ -12,14 +11,14 @@ namespace gonio::files {
 namespace {
 
 /// "results/" names the folder "results"; a hidden sibling must not land inside it.
-std::filesystem::path without_trailing_slash(std::filesystem::path path) {
+std::filesystem::path without_trailing_slash(const std::filesystem::path& path) {
   return path.has_filename() ? path : path.parent_path();
 }
 
 }  // namespace
 
-AtomicFolder::AtomicFolder(std::filesystem::path target, Overwrite overwrite)
-    : target_(without_trailing_slash(std::move(target))), overwrite_(overwrite) {
+AtomicFolder::AtomicFolder(const std::filesystem::path& target, Overwrite overwrite)
+    : target_(without_trailing_slash(target)), overwrite_(overwrite) {
   posix::require_replaceable(target_, overwrite_, posix::Kind::Folder);
   temporary_ = posix::create_hidden_folder(target_);
 }

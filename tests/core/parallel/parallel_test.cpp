@@ -153,6 +153,7 @@ TEST_F(Parallel, ServesSeveralCallingThreads) {
   std::vector<double> sums(4);
   {
     std::vector<std::jthread> callers;
+    callers.reserve(sums.size());
     for (double& sum : sums) {
       callers.emplace_back([&sum] { sum = order_sensitive_sum(10'000, 100); });
     }

@@ -15,7 +15,7 @@ class AtomicFolder {
  public:
   /// Creates a hidden folder beside `target`. Throws when `target` exists, unless told
   /// Overwrite::Yes; a target that appears later is refused by commit().
-  explicit AtomicFolder(std::filesystem::path target, Overwrite overwrite = Overwrite::No);
+  explicit AtomicFolder(const std::filesystem::path& target, Overwrite overwrite = Overwrite::No);
 
   /// Removes the hidden folder with everything in it when it was not committed.
   ~AtomicFolder();
