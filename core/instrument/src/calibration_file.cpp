@@ -1,6 +1,6 @@
 #include "gonio/instrument/calibration_file.h"
 
-#include "gonio/files/files.h"
+#include "gonio/files/text_file.h"
 #include "rig_json.h"
 
 namespace gonio::instrument {
@@ -10,7 +10,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "gonio-calibration";
 constexpr int kVersion = 1;
-constexpr std::uintmax_t kMaxFileBytes = 16U << 20U;
+constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20U;
 
 CameraModel camera_from_json(JsonFields fields) {
   CameraModel camera{.width_px = fields.integer("width_px"),
@@ -164,9 +164,7 @@ Instrument read_calibration(const std::filesystem::path& path) {
 
 void write_calibration(const std::filesystem::path& path, const Instrument& instrument,
                        files::Overwrite overwrite) {
-  files::AtomicFile file(path, overwrite);
-  file.write(to_json(instrument));
-  file.commit();
+  files::write_text_file(path, to_json(instrument), overwrite);
 }
 
 }  // namespace gonio::instrument

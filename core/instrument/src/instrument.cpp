@@ -53,14 +53,11 @@ void Instrument::validate() const {
 
 double relative_response(const Instrument& instrument, double column, double row) {
   const CameraModel& camera = instrument.camera;
-  const double dx = column - camera.cx_px;
-  const double dy = row - camera.cy_px;
-  const double half_diagonal_squared =
-      0.25 * (static_cast<double>(camera.width_px) * camera.width_px +
-              static_cast<double>(camera.height_px) * camera.height_px);
-  const double r2 = (dx * dx + dy * dy) / half_diagonal_squared;
+  const double x = (column - camera.cx_px) / camera.fx_px;
+  const double y = (row - camera.cy_px) / camera.fy_px;
+  const double q = x * x + y * y;
   const Vignetting& v = instrument.vignetting;
-  return 1.0 + r2 * (v.v1 + r2 * (v.v2 + r2 * v.v3));
+  return 1.0 + q * (v.v1 + q * (v.v2 + q * v.v3));
 }
 
 double relative_intensity(const LampField& field, const Eigen::Vector3d& direction_in_lamp) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <string>
 #include <vector>
 
 #include "gonio/acquisition/session_archive.h"
@@ -16,6 +18,12 @@ struct ReductionOptions {
   double edge_margin_mm = 2.0;        ///< kept clear of the sample's edge
   double spot_half_width_mm = 2.0;    ///< pixels within it are averaged to one sub-sample
   double min_usable_fraction = 0.5;   ///< of a spot's pixels, else the sub-sample is dropped
+  bool white_in_frame = false;        ///< the white is a patch beside the sample
+  Eigen::Vector2d white_patch_mm{34.0, 0.0};
+  double white_patch_half_width_mm = 3.0;
+
+  /// Throws std::invalid_argument naming the field and its value.
+  void validate() const;
 };
 
 struct Reduction {

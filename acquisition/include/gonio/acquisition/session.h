@@ -1,5 +1,7 @@
 #pragma once
 
+#include <Eigen/Core>
+#include <chrono>
 #include <functional>
 #include <stop_token>
 #include <string>
@@ -43,6 +45,8 @@ struct SessionOptions {
   int white_frames = 4;            ///< per channel, opening and closing
   int dark_frames = 8;
   double sample_half_width_mm = 25.0;
+  Eigen::Vector2d white_patch_mm{34.0, 0.0};  ///< centre of the in-frame patch, sample frame
+  double white_patch_half_width_mm = 3.0;     ///< of the part to use, clear of its edge
   int retries = 2;                 ///< of a failed device call, per point
   std::chrono::milliseconds move_timeout = std::chrono::minutes(2);
 

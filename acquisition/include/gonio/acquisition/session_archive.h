@@ -100,6 +100,7 @@ class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& folder);
 
+  const std::filesystem::path& folder() const { return folder_; }
   const SessionMetadata& metadata() const { return metadata_; }
   const std::map<std::string, std::string>& configuration() const { return configuration_; }
   const std::vector<FrameRecord>& frames() const { return frames_; }
@@ -119,6 +120,7 @@ class SessionReader {
   std::vector<PointRecord> points_;
   std::vector<SessionNote> notes_;
   std::vector<std::string> damage_;
+  std::map<std::int64_t, devices::Frame> shapes_;  ///< per frame id, without pixels
   bool finished_ = false;
 };
 

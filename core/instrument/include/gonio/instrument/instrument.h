@@ -21,9 +21,9 @@ struct SensorModel {
   double prnu = 0.0;           ///< relative sd of the pixels' responsivity
 };
 
-/// Relative responsivity over the image, 1 at the principal point:
-/// V = 1 + v1 r^2 + v2 r^4 + v3 r^6, r = distance from the principal point over the image's half
-/// diagonal.
+/// Relative responsivity over the image, 1 at the principal point: V = 1 + v1 q + v2 q^2 + v3 q^3,
+/// q = ((u - cx)/fx)^2 + ((v - cy)/fy)^2. By field angle, so that a window of the sensor keeps its
+/// falloff.
 struct Vignetting {
   double v1 = 0.0;
   double v2 = 0.0;

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace gonio::acquisition {
+
+/// The only code that calls SQLite. Every value of a row is text, so that one checksum covers the
+/// row as a reader sees it.
+///
+/// Errors   FileError naming the journal and SQLite's reason; DataFormatError for a file that is no
+///          journal of ours.
+class Journal {
+ public:
+  /// Creates the tables, write-ahead log, synchronous FULL; rows can only ever be added.
+  static Journal create(const std::filesystem::path& path);
+  /// Opens for reading; a log left by a killed writer is taken into account.
+  static Journal open(const std::filesystem::path& path);
+
+  /// Adds a row with its checksum, durable on return.
+  void append(std::string_view table, const std::vector<std::string>& values);
+
+  struct Row {
+    std::int64_t number;
+    std::vector<std::string> values;
+    bool intact;  ///< the stored checksum fits
+  };
+  /// All rows of a table in the order they were added.
+  std::vector<Row> rows(std::string_view table) const;
+
+ private:
+  struct Close {
+    void operator()(sqlite3* database) const noexcept { sqlite3_close_v2(database); }
+  };
+  struct Finalize {
+    void operator()(sqlite3_stmt* statement) const noexcept { sqlite3_finalize(statement); }
+  };
+  using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
+
+  Journal(std::filesystem::path path, int flags);
+  void run(const std::string& sql);
+  Statement prepare(const std::string& sql) const;
+  [[noreturn]] void fail(const std::string& action) const;
+
+  std::filesystem::path path_;
+  std::unique_ptr<sqlite3, Close> database_;
+};
+
+/// Columns of a table, checksum not counted; throws std::invalid_argument for an unknown table.
+const std::vector<std::string>& columns_of(std::string_view table);
+
+}  // namespace gonio::acquisition

@@ -1,0 +1,135 @@
+#include "merged_frames.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "gonio/errors/errors.h"
+
+namespace gonio::acquisition {
+namespace {
+
+double seconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+double read_variance_dn2(const instrument::SensorModel& sensor) {
+  const double read_dn = sensor.gain_dn_per_e * sensor.read_noise_e;
+  return read_dn * read_dn + 1.0 / 12.0;
+}
+
+}  // namespace
+
+std::vector<double> mean_dark(const SessionReader& archive, const instrument::SensorModel& sensor,
+                              std::size_t pixel_count, int& frames_used) {
+  std::vector<double> mean(pixel_count, 0.0);
+  frames_used = 0;
+  for (const FrameRecord& record : archive.frames()) {
+    if (record.kind != FrameKind::dark) continue;
+    const devices::Frame frame = archive.read_frame(record);
+    if (frame.pixels_dn.size() != pixel_count) continue;
+    for (std::size_t p = 0; p < pixel_count; ++p) mean[p] += frame.pixels_dn[p];
+    ++frames_used;
+  }
+  for (double& value : mean) {
+    value = frames_used > 0 ? value / frames_used : sensor.black_level_dn;
+  }
+  return mean;
+}
+
+BackgroundMaps background_maps(const SessionReader& archive, const instrument::SensorModel& sensor,
+                               const std::vector<double>& offset_dn, int dark_frames,
+                               const FrameRecord* lamp_off) {
+  BackgroundMaps maps;
+  maps.offset_dn = offset_dn;
+  maps.offset_variance_dn2 =
+      dark_frames > 0 ? read_variance_dn2(sensor) / dark_frames : read_variance_dn2(sensor);
+  if (lamp_off == nullptr) {
+    maps.rate_dn_per_s.assign(offset_dn.size(),
+                              sensor.gain_dn_per_e * sensor.dark_current_e_per_s);
+    return maps;
+  }
+  const devices::Frame frame = archive.read_frame(*lamp_off);
+  const double exposure_s = seconds(frame.exposure);
+  maps.rate_dn_per_s.resize(offset_dn.size());
+  for (std::size_t p = 0; p < offset_dn.size(); ++p) {
+    maps.rate_dn_per_s[p] = (frame.pixels_dn.at(p) - offset_dn[p]) / exposure_s;
+  }
+  maps.rate_variance_dn2_per_s2 = read_variance_dn2(sensor) / (exposure_s * exposure_s);
+  return maps;
+}
+
+ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,
+                           const std::vector<const FrameRecord*>& frames,
+                           const BackgroundMaps& background) {
+  ChannelSignal signal;
+  std::vector<devices::Frame> images;
+  for (const FrameRecord* record : frames) {
+    images.push_back(archive.read_frame(*record));
+    signal.monitor += record->monitor / static_cast<double>(frames.size());
+    signal.time_s += seconds(record->exposure_start) / static_cast<double>(frames.size());
+    signal.longest_exposure_s = std::max(signal.longest_exposure_s, seconds(record->exposure));
+    signal.pixel_format = images.back().pixel_format;
+  }
+  std::vector<instrument::Exposure> bracket;
+  for (const devices::Frame& image : images) {
+    bracket.push_back({image.pixels_dn, seconds(image.exposure)});
+  }
+  signal.merged =
+      instrument::merge_bracket(instrument.sensor, bracket, instrument.camera.width_px,
+                                {background.offset_dn, background.rate_dn_per_s});
+  // The maps' own noise is common to the bracket: it is added after the merge.
+  const double t = signal.longest_exposure_s;
+  const double background_variance =
+      background.rate_variance_dn2_per_s2 + background.offset_variance_dn2 / (t * t);
+  for (double& variance : signal.merged.variance) variance += background_variance;
+  return signal;
+}
+
+ColourLayout::ColourLayout(const SessionReader& archive, const std::filesystem::path& place) {
+  std::set<std::string> names;
+  for (const FrameRecord& record : archive.frames()) {
+    if (!record.channel.empty()) names.insert(record.channel);
+  }
+  channels_.assign(names.begin(), names.end());
+  if (channels_.size() == 1) return;  // every colour comes from channel 0
+  constexpr std::array<const char*, 3> kColours{"R", "G", "B"};
+  for (std::size_t colour = 0; colour < kColours.size(); ++colour) {
+    const auto found = std::find(channels_.begin(), channels_.end(), kColours[colour]);
+    if (found == channels_.end() || channels_.size() != kColours.size()) {
+      throw DataFormatError(place, "channels",
+                            fmt::format("found [{}], expected R, G, B or a single channel",
+                                        fmt::join(channels_, ", ")));
+    }
+    channel_of_[colour] = static_cast<std::size_t>(found - channels_.begin());
+  }
+}
+
+bool ColourLayout::carries(devices::PixelFormat format, int column, int row, int colour) {
+  // Colours of the 2 x 2 cell, row by row, starting at the frame's top left pixel.
+  constexpr std::array<std::array<int, 4>, 4> kPhases{
+      {{0, 1, 1, 2}, {1, 0, 2, 1}, {1, 2, 0, 1}, {2, 1, 1, 0}}};
+  std::size_t phase = 0;
+  switch (format) {
+    case devices::PixelFormat::mono:
+      return true;
+    case devices::PixelFormat::bayer_rggb:
+      phase = 0;
+      break;
+    case devices::PixelFormat::bayer_grbg:
+      phase = 1;
+      break;
+    case devices::PixelFormat::bayer_gbrg:
+      phase = 2;
+      break;
+    case devices::PixelFormat::bayer_bggr:
+      phase = 3;
+      break;
+  }
+  return kPhases[phase][static_cast<std::size_t>((row % 2) * 2 + column % 2)] == colour;
+}
+
+}  // namespace gonio::acquisition

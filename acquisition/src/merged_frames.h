@@ -1,0 +1,64 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "gonio/acquisition/session_archive.h"
+#include "gonio/instrument/hdr_merge.h"
+
+namespace gonio::acquisition {
+
+/// What to take off every frame, per pixel: offset from the dark frames, rate from a lamp-off frame.
+struct BackgroundMaps {
+  std::vector<double> offset_dn;
+  std::vector<double> rate_dn_per_s;
+  double offset_variance_dn2 = 0.0;      ///< of one pixel of the mean dark
+  double rate_variance_dn2_per_s2 = 0.0;
+};
+
+/// Mean of the dark frames; the sensor's black level when there is none.
+std::vector<double> mean_dark(const SessionReader& archive, const instrument::SensorModel& sensor,
+                              std::size_t pixel_count, int& frames_used);
+
+BackgroundMaps background_maps(const SessionReader& archive, const instrument::SensorModel& sensor,
+                               const std::vector<double>& offset_dn, int dark_frames,
+                               const FrameRecord* lamp_off);
+
+/// Signal of one lit channel in one pose.
+struct ChannelSignal {
+  instrument::MergedSignal merged;
+  double monitor = 0.0;           ///< mean over the frames
+  double time_s = 0.0;            ///< mean start of exposure, session clock
+  double longest_exposure_s = 0.0;
+  devices::PixelFormat pixel_format = devices::PixelFormat::mono;
+};
+
+/// Reads, checks and merges the frames of a bracket.
+ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,
+                           const std::vector<const FrameRecord*>& frames,
+                           const BackgroundMaps& background);
+
+/// Which lamp channel and which pixels make each of R, G, B.
+class ColourLayout {
+ public:
+  /// From the channel names of the lit frames: R, G, B in turn, or one channel (colour from a Bayer
+  /// sensor; a mono sensor gives one value for all three, `single()`).
+  /// Throws DataFormatError for any other set of names.
+  ColourLayout(const SessionReader& archive, const std::filesystem::path& place);
+
+  const std::vector<std::string>& channels() const { return channels_; }
+  /// Index into channels() of a colour.
+  std::size_t channel_of(int colour) const { return channel_of_.at(static_cast<std::size_t>(colour)); }
+  bool single(devices::PixelFormat format) const {
+    return channels_.size() == 1 && format == devices::PixelFormat::mono;
+  }
+  /// Whether a pixel carries a colour: always on a mono sensor, by its phase on a Bayer sensor.
+  static bool carries(devices::PixelFormat format, int column, int row, int colour);
+
+ private:
+  std::vector<std::string> channels_;
+  std::array<std::size_t, 3> channel_of_{};
+};
+
+}  // namespace gonio::acquisition

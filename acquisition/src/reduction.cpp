@@ -1,0 +1,263 @@
+#include "gonio/acquisition/reduction.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+
+#include "gonio/errors/errors.h"
+#include "gonio/instrument/measurement_equation.h"
+#include "merged_frames.h"
+#include "white_level.h"
+
+namespace gonio::acquisition {
+namespace {
+
+constexpr double kMaxSaturatedFraction = 0.02;
+/// A spot whose value is below this many of its sigmas is marked dark.
+constexpr double kDarkSigmas = 3.0;
+
+/// One pixel inside a spot.
+struct SpotPixel {
+  std::size_t index;
+  int column;
+  int row;
+  instrument::PixelGeometry geometry;
+};
+
+struct Spot {
+  std::vector<SpotPixel> pixels;
+  double expected_pixels = 0.0;  ///< that a whole spot would have
+};
+
+/// Frames of one point.
+struct PointFrames {
+  std::map<std::string, std::vector<const FrameRecord*>> lit;
+  const FrameRecord* lamp_off = nullptr;
+};
+
+std::map<int, PointFrames> frames_by_point(const SessionReader& archive) {
+  std::map<int, PointFrames> points;
+  for (const FrameRecord& record : archive.frames()) {
+    if (record.point < 0) continue;
+    PointFrames& frames = points[record.point];
+    if (record.kind == FrameKind::sample) frames.lit[record.channel].push_back(&record);
+    if (record.kind == FrameKind::lamp_off) frames.lamp_off = &record;
+  }
+  return points;
+}
+
+/// Centres of the grid over the usable sample; one spot lies in the middle.
+std::vector<Eigen::Vector2d> spot_centres(const ReductionOptions& options) {
+  std::vector<Eigen::Vector2d> centres;
+  const double reach =
+      options.sample_half_width_mm - options.edge_margin_mm - options.spot_half_width_mm;
+  const auto place = [&](int i) {
+    return options.grid == 1 ? 0.0 : reach * (2.0 * i / (options.grid - 1) - 1.0);
+  };
+  for (int row = 0; row < options.grid; ++row) {
+    for (int column = 0; column < options.grid; ++column) {
+      centres.emplace_back(place(column), place(row));
+    }
+  }
+  return centres;
+}
+
+Spot spot_at(const instrument::Instrument& instrument, const rig::RigPose& pose,
+             const Eigen::Vector2d& centre_mm, double half_width_mm) {
+  Spot spot;
+  double first_column = 1e9, last_column = -1e9, first_row = 1e9, last_row = -1e9;
+  std::vector<Eigen::Vector2d> corners;
+  for (const auto& [sx, sy] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+    const Eigen::Vector2d corner = centre_mm + half_width_mm * Eigen::Vector2d(sx, sy);
+    const auto pixel = instrument::pixel_of_point(instrument, pose, {corner.x(), corner.y(), 0.0});
+    if (!pixel) return spot;
+    corners.push_back(*pixel);
+    first_column = std::min(first_column, pixel->x());
+    last_column = std::max(last_column, pixel->x());
+    first_row = std::min(first_row, pixel->y());
+    last_row = std::max(last_row, pixel->y());
+  }
+  for (std::size_t i = 0; i < corners.size(); ++i) {  // shoelace
+    const Eigen::Vector2d& a = corners[i];
+    const Eigen::Vector2d& b = corners[(i + 1) % corners.size()];
+    spot.expected_pixels += 0.5 * (a.x() * b.y() - b.x() * a.y());
+  }
+  spot.expected_pixels = std::abs(spot.expected_pixels);
+  const int width = instrument.camera.width_px;
+  const int from_row = std::max(0, static_cast<int>(std::floor(first_row)));
+  const int to_row = std::min(instrument.camera.height_px - 1, static_cast<int>(std::ceil(last_row)));
+  const int from_column = std::max(0, static_cast<int>(std::floor(first_column)));
+  const int to_column = std::min(width - 1, static_cast<int>(std::ceil(last_column)));
+  for (int row = from_row; row <= to_row; ++row) {
+    for (int column = from_column; column <= to_column; ++column) {
+      auto geometry = instrument::pixel_geometry(instrument, pose, column, row);
+      if (!geometry) continue;
+      const Eigen::Vector2d offset = geometry->point_in_sample_mm.head<2>() - centre_mm;
+      if (offset.cwiseAbs().maxCoeff() > half_width_mm) continue;
+      spot.pixels.push_back({static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                                 static_cast<std::size_t>(column),
+                             column, row, std::move(*geometry)});
+    }
+  }
+  return spot;
+}
+
+/// Mean direction of a spot and how far theta_h spreads over it.
+void set_direction(const Spot& spot, samples::Sample& sample) {
+  Eigen::Vector3d wi = Eigen::Vector3d::Zero();
+  Eigen::Vector3d wo = Eigen::Vector3d::Zero();
+  for (const SpotPixel& pixel : spot.pixels) {
+    wi += pixel.geometry.directions.wi;
+    wo += pixel.geometry.directions.wo;
+  }
+  sample.direction = brdf::half_diff_from_directions({wi.normalized(), wo.normalized()});
+  double sum = 0.0;
+  double sum_of_squares = 0.0;
+  for (const SpotPixel& pixel : spot.pixels) {
+    const double theta_h =
+        brdf::half_diff_from_directions(pixel.geometry.directions).theta_h.radians();
+    sum += theta_h;
+    sum_of_squares += theta_h * theta_h;
+  }
+  const auto count = static_cast<double>(spot.pixels.size());
+  const double mean = sum / count;
+  sample.kernel =
+      Angle::from_radians(std::sqrt(std::max(0.0, sum_of_squares / count - mean * mean)));
+}
+
+void set_angle_uncertainty(const instrument::Instrument& instrument, samples::Sample& sample) {
+  const double u = instrument.u_normal.radians();
+  const double sin_theta_h = sin(sample.direction.theta_h);
+  sample.u_theta_h = instrument.u_normal;
+  // phi_d is undefined at the pole: its uncertainty is capped where it stops meaning anything.
+  sample.u_phi_d = Angle::from_radians(
+      sin_theta_h * std::numbers::pi / 2.0 > u ? u / sin_theta_h : std::numbers::pi / 2.0);
+}
+
+void add_flag(samples::Sample& sample, const char* flag) {
+  if (sample.flags.find(flag) != std::string::npos) return;
+  sample.flags += (sample.flags.empty() ? "" : ";") + std::string(flag);
+}
+
+}  // namespace
+
+void ReductionOptions::validate() const {
+  const auto require = [](bool ok, const char* field, double value, const char* expected) {
+    if (!ok) {
+      throw std::invalid_argument(
+          fmt::format("reduction: {} is {}, expected {}", field, value, expected));
+    }
+  };
+  require(grid >= 1 && grid <= 99, "grid", grid, "1 to 99");
+  require(spot_half_width_mm > 0.0, "spot_half_width_mm", spot_half_width_mm, "above 0");
+  require(edge_margin_mm >= 0.0, "edge_margin_mm", edge_margin_mm, "0 or more");
+  require(sample_half_width_mm > edge_margin_mm + spot_half_width_mm, "sample_half_width_mm",
+          sample_half_width_mm, "more than edge_margin_mm + spot_half_width_mm");
+  require(min_usable_fraction > 0.0 && min_usable_fraction <= 1.0, "min_usable_fraction",
+          min_usable_fraction, "above 0, at most 1");
+  require(white_patch_half_width_mm > 0.0, "white_patch_half_width_mm", white_patch_half_width_mm,
+          "above 0");
+}
+
+Reduction reduce(const SessionReader& archive, const instrument::Instrument& instrument,
+                 const ReductionOptions& options) {
+  options.validate();
+  Reduction reduction;
+  reduction.samples.scale = brdf::RadiometricScale::si;
+  reduction.warnings = archive.damage();
+  const std::filesystem::path place = archive.folder();
+  const ColourLayout colours(archive, place);
+  const auto pixel_count = static_cast<std::size_t>(instrument.camera.width_px) *
+                           static_cast<std::size_t>(instrument.camera.height_px);
+  int dark_frames = 0;
+  const std::vector<double> offset_dn =
+      mean_dark(archive, instrument.sensor, pixel_count, dark_frames);
+  const WhiteLevel white =
+      white_level(archive, instrument, options, colours, offset_dn, dark_frames, place);
+  reduction.white_constant = white.visits.front().constant;
+  reduction.white_drift_relative = white.drift();
+  const double u_drift = std::abs(white.drift()) / std::sqrt(12.0);
+
+  for (const auto& [index, frames] : frames_by_point(archive)) {
+    if (frames.lit.size() != colours.channels().size()) {
+      reduction.warnings.push_back(
+          fmt::format("point {}: {} of {} channels were taken, left out", index, frames.lit.size(),
+                      colours.channels().size()));
+      continue;
+    }
+    const BackgroundMaps background = background_maps(archive, instrument.sensor, offset_dn,
+                                                      dark_frames, frames.lamp_off);
+    std::vector<ChannelSignal> signals;
+    for (const std::string& channel : colours.channels()) {
+      signals.push_back(merge_frames(archive, instrument, frames.lit.at(channel), background));
+    }
+    const rig::RigPose pose =
+        rig::forward(instrument.rig, frames.lit.begin()->second.front()->joints);
+    int dropped = 0;
+    for (const Eigen::Vector2d& centre : spot_centres(options)) {
+      const Spot spot = spot_at(instrument, pose, centre, options.spot_half_width_mm);
+      samples::Sample sample;
+      sample.pose = index;
+      bool usable = static_cast<double>(spot.pixels.size()) >=
+                        options.min_usable_fraction * spot.expected_pixels &&
+                    !spot.pixels.empty();
+      for (int colour = 0; colour < 3 && usable; ++colour) {
+        const ChannelSignal& signal = signals[colours.channel_of(colour)];
+        double sum = 0.0, variance = 0.0, factor = 0.0;
+        std::size_t used = 0, bad = 0;
+        for (const SpotPixel& pixel : spot.pixels) {
+          if (!ColourLayout::carries(signal.pixel_format, pixel.column, pixel.row, colour)) continue;
+          if (signal.merged.state[pixel.index] != instrument::PixelState::measured) {
+            ++bad;
+            continue;
+          }
+          sum += signal.merged.dn_per_s[pixel.index];
+          variance += signal.merged.variance[pixel.index];
+          factor += pixel.geometry.factor;
+          ++used;
+        }
+        // Leaving out only the brightest pixels would bend the mean: the whole spot is a bound.
+        if (used == 0 ||
+            static_cast<double>(bad) > kMaxSaturatedFraction * static_cast<double>(used + bad)) {
+          usable = false;
+          break;
+        }
+        const double monitor = signal.monitor > 0.0 ? signal.monitor : 1.0;
+        const double constant = white.at(signal.time_s)[colour] * monitor;
+        const double value = sum / (constant * factor);
+        const double prnu = instrument.sensor.prnu / std::sqrt(static_cast<double>(used));
+        sample.value_per_sr[colour] = value;
+        sample.sigma_per_sr[colour] =
+            std::hypot(std::sqrt(variance) / (constant * factor), value * prnu);
+        const double u_white =
+            std::hypot(instrument.white.u_relative, white.visits.front().relative_sigma[colour]);
+        const double u_rest =
+            std::hypot(instrument.u_lamp_relative, instrument.u_linearity_relative, u_drift);
+        sample.u_common_per_sr[colour] = std::abs(value) * std::hypot(u_white, u_rest);
+        if (value < kDarkSigmas * sample.sigma_per_sr[colour]) add_flag(sample, "dark");
+        if (colours.single(signal.pixel_format)) add_flag(sample, "single_channel");
+      }
+      if (!usable) {
+        ++dropped;
+        continue;
+      }
+      set_direction(spot, sample);
+      set_angle_uncertainty(instrument, sample);
+      reduction.samples.samples.push_back(std::move(sample));
+    }
+    if (dropped > 0) {
+      reduction.warnings.push_back(
+          fmt::format("point {}: {} of {} sub-samples saturated or out of view, left out", index,
+                      dropped, options.grid * options.grid));
+    }
+  }
+  if (reduction.samples.samples.empty()) {
+    throw DataFormatError(place, "sample frames", "found no usable point, expected at least one");
+  }
+  return reduction;
+}
+
+}  // namespace gonio::acquisition

@@ -1,0 +1,270 @@
+#include "gonio/acquisition/session.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <stdexcept>
+
+#include "bracket.h"
+#include "guarded_devices.h"
+#include "preflight.h"
+
+namespace gonio::acquisition {
+namespace {
+
+/// A stop was asked for: unwinds to run_session, which ends the session as interrupted.
+struct StopAsked {};
+
+class Session {
+ public:
+  Session(const DeviceSet& devices, const instrument::Instrument& instrument,
+          const MeasurementPlan& plan, const SessionOptions& options, SessionWriter& archive,
+          const std::function<void(const SessionProgress&)>& progress, std::stop_token stop)
+      : devices_(devices, instrument.rig, options, archive, stop),
+        instrument_(instrument),
+        plan_(plan),
+        options_(options),
+        archive_(archive),
+        progress_(progress),
+        channels_(devices.light->channels()),
+        white_joints_(white_pose(rig::Inverse(instrument.rig)).joints) {}
+
+  SessionResult run() {
+    started_ = devices_.now();
+    try {
+      measure();
+    } catch (const StopAsked&) {
+      archive_.note(devices_.now(), "stopped", "the session was asked to stop");
+    } catch (const devices::DeviceError& error) {
+      // A stop request latches the axes, and they then say so: that is an interruption, no fault.
+      if (!devices_.stop_requested()) {
+        archive_.note(devices_.now(), "device error", error.what());
+        throw;
+      }
+      archive_.note(devices_.now(), "stopped", "the session was asked to stop");
+    }
+    result_.duration_s = seconds_since_start();
+    return std::move(result_);
+  }
+
+ private:
+  void measure() {
+    report("home");
+    devices_.home_all();
+    report("dark");
+    take_darks();
+    report("white");
+    take_white();
+    for (std::size_t i = 0; i < plan_.points.size(); ++i) {
+      report("point");
+      take_point(static_cast<int>(i));
+      ++points_done_;
+    }
+    report("closing white");
+    take_white();
+    report("park");
+    devices_.close_shutter();
+    rig::Joints home;
+    for (const rig::Axis& axis : instrument_.rig.axes) home.push_back(axis.home);
+    devices_.move_to(home);
+    archive_.finish(devices_.now());
+    result_.complete = result_.measured == static_cast<int>(plan_.points.size());
+  }
+
+  void take_darks() {
+    devices_.close_shutter();
+    const auto shortest = devices_.devices().camera->info().min_exposure;
+    for (int i = 0; i < options_.dark_frames; ++i) {
+      check_stop();
+      archive_.append(dark_record(FrameKind::dark, -1), devices_.capture(shortest));
+    }
+  }
+
+  void take_white() {
+    if (options_.white != WhitePlacement::in_frame) devices_.mount(devices::Target::white);
+    devices_.move_to(white_joints_);
+    const bool in_frame = options_.white == WhitePlacement::in_frame;
+    const Regions regions = regions_of(
+        instrument_, rig::forward(instrument_.rig, devices_.joints()),
+        in_frame ? options_.white_patch_mm : Eigen::Vector2d::Zero(),
+        in_frame ? options_.white_patch_half_width_mm : options_.sample_half_width_mm,
+        in_frame ? 1 : 3);
+    if (regions.empty()) {
+      throw std::invalid_argument("the white reference is not in the camera's view");
+    }
+    auto longest = std::chrono::nanoseconds(0);
+    for (const devices::LightChannel& channel : channels_) {
+      check_stop();
+      devices_.light(channel.name);
+      FrameRecord record;
+      record.kind = FrameKind::white;
+      record.channel = channel.name;
+      auto& start = white_exposure_.try_emplace(channel.name, options_.first_exposure).first->second;
+      const BracketResult found =
+          take_bracket(devices_, instrument_, options_, regions, start, record, archive_);
+      start = found.start;
+      longest = std::max(longest, found.longest);
+      if (found.saturated_regions > 0) {
+        warn(fmt::format("white saturates in channel {} at the shortest exposure", channel.name));
+      }
+      for (int i = 1; i < options_.white_frames; ++i) {
+        check_stop();
+        FrameRecord repeat = record;
+        repeat.joints = devices_.joints();
+        repeat.joints_spread.assign(repeat.joints.size(), Angle());
+        repeat.monitor = devices_.read_monitor();
+        archive_.append(std::move(repeat), devices_.capture(start));
+      }
+    }
+    devices_.close_shutter();
+    archive_.append(dark_record(FrameKind::lamp_off, -1), devices_.capture(longest));
+    if (options_.white != WhitePlacement::in_frame) devices_.mount(devices::Target::sample);
+  }
+
+  void take_point(int index) {
+    const PlannedPoint& planned = plan_.points[static_cast<std::size_t>(index)];
+    PointRecord point;
+    point.point = index;
+    point.commanded = planned.direction;
+    point.branch = rig::to_char(planned.pose.branch);
+    try {
+      check_stop();
+      point.joints = devices_.move_to(planned.pose.joints);
+      point.outcome = take_channels(index);
+    } catch (const devices::DeviceError& error) {
+      // What a retry could not mend at this point may work at the next; anything else ends it all.
+      const bool local = error.code() == devices::DeviceErrc::Timeout ||
+                         error.code() == devices::DeviceErrc::Protocol;
+      if (!local || devices_.stop_requested()) throw;
+      devices_.close_shutter();
+      point.outcome = PointOutcome::Failed;
+      point.note = error.what();
+      warn(fmt::format("point {}: {}", index, error.what()));
+    }
+    point.finished_at = devices_.now();
+    archive_.append(point);
+    if (point.outcome == PointOutcome::Measured) ++result_.measured;
+    result_.points.push_back(std::move(point));
+  }
+
+  PointOutcome take_channels(int index) {
+    const Regions regions =
+        regions_of(instrument_, rig::forward(instrument_.rig, devices_.joints()),
+                   Eigen::Vector2d::Zero(), options_.sample_half_width_mm);
+    if (regions.empty()) {
+      warn(fmt::format("point {}: the sample is not in the camera's view", index));
+      return PointOutcome::Failed;
+    }
+    auto longest = std::chrono::nanoseconds(0);
+    auto start = options_.first_exposure;
+    bool all_saturated = false;
+    bool all_dark = false;
+    for (const devices::LightChannel& channel : channels_) {
+      check_stop();
+      devices_.light(channel.name);
+      FrameRecord record;
+      record.kind = FrameKind::sample;
+      record.point = index;
+      record.channel = channel.name;
+      const BracketResult found =
+          take_bracket(devices_, instrument_, options_, regions, start, record, archive_);
+      start = found.start;
+      longest = std::max(longest, found.longest);
+      all_saturated = all_saturated || found.saturated_regions == found.regions;
+      all_dark = all_dark || found.dark_regions == found.regions;
+    }
+    devices_.close_shutter();
+    check_stop();
+    archive_.append(dark_record(FrameKind::lamp_off, index), devices_.capture(longest));
+    if (all_saturated) return PointOutcome::Saturated;
+    return all_dark ? PointOutcome::TooDark : PointOutcome::Measured;
+  }
+
+  FrameRecord dark_record(FrameKind kind, int point) const {
+    FrameRecord record;
+    record.kind = kind;
+    record.point = point;
+    record.joints = devices_.joints();
+    record.joints_spread.assign(record.joints.size(), Angle());
+    return record;
+  }
+
+  void check_stop() const {
+    if (devices_.stop_requested()) throw StopAsked{};
+  }
+
+  void warn(std::string text) {
+    archive_.note(devices_.now(), "warning", text);
+    result_.warnings.push_back(std::move(text));
+  }
+
+  double seconds_since_start() const {
+    return std::chrono::duration<double>(devices_.now() - started_).count();
+  }
+
+  void report(const std::string& phase) const {
+    if (!progress_) return;
+    SessionProgress now;
+    now.phase = phase;
+    now.done = points_done_;
+    now.total = static_cast<int>(plan_.points.size());
+    now.elapsed_s = seconds_since_start();
+    for (std::size_t i = static_cast<std::size_t>(points_done_); i < plan_.points.size(); ++i) {
+      now.remaining_s += plan_.points[i].predicted_s;
+    }
+    progress_(now);
+  }
+
+  GuardedDevices devices_;
+  const instrument::Instrument& instrument_;
+  const MeasurementPlan& plan_;
+  const SessionOptions& options_;
+  SessionWriter& archive_;
+  const std::function<void(const SessionProgress&)>& progress_;
+  std::vector<devices::LightChannel> channels_;
+  rig::Joints white_joints_;
+  std::map<std::string, std::chrono::nanoseconds> white_exposure_;
+  std::chrono::nanoseconds started_{0};
+  int points_done_ = 0;
+  SessionResult result_;
+};
+
+}  // namespace
+
+void SessionOptions::validate() const {
+  const auto require = [](bool ok, const char* field, double value, const char* expected) {
+    if (!ok) {
+      throw std::invalid_argument(
+          fmt::format("session: {} is {}, expected {}", field, value, expected));
+    }
+  };
+  using Microseconds = std::chrono::duration<double, std::micro>;
+  require(first_exposure.count() > 0, "first_exposure_us", Microseconds(first_exposure).count(),
+          "above 0");
+  require(max_exposure >= first_exposure, "max_exposure_us", Microseconds(max_exposure).count(),
+          "at least first_exposure_us");
+  require(bracket_ratio > 1.0 && bracket_ratio <= 64.0, "bracket_ratio", bracket_ratio,
+          "above 1, at most 64");
+  require(max_exposures >= 1 && max_exposures <= 64, "max_exposures", max_exposures, "1 to 64");
+  require(relative_sigma > 0.0 && relative_sigma < 1.0, "relative_sigma", relative_sigma,
+          "between 0 and 1");
+  require(white_frames >= 1 && white_frames <= 1000, "white_frames", white_frames, "1 to 1000");
+  require(dark_frames >= 1 && dark_frames <= 1000, "dark_frames", dark_frames, "1 to 1000");
+  require(sample_half_width_mm > 0.0, "sample_half_width_mm", sample_half_width_mm, "above 0");
+  require(white_patch_half_width_mm > 0.0, "white_patch_half_width_mm", white_patch_half_width_mm,
+          "above 0");
+  require(retries >= 0 && retries <= 100, "retries", retries, "0 to 100");
+  require(move_timeout.count() > 0, "move_timeout_s",
+          std::chrono::duration<double>(move_timeout).count(), "above 0");
+}
+
+SessionResult run_session(const DeviceSet& devices, const instrument::Instrument& instrument,
+                          const MeasurementPlan& plan, const SessionOptions& options,
+                          SessionWriter& archive,
+                          const std::function<void(const SessionProgress&)>& progress,
+                          std::stop_token stop) {
+  check_before_motion(devices, instrument, plan, options);
+  return Session(devices, instrument, plan, options, archive, progress, std::move(stop)).run();
+}
+
+}  // namespace gonio::acquisition

@@ -1,0 +1,265 @@
+#include "gonio/acquisition/session_archive.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <charconv>
+#include <set>
+
+#include "frame_file.h"
+#include "gonio/errors/errors.h"
+#include "gonio/files/atomic_file.h"
+#include "gonio/files/sha256.h"
+#include "journal.h"
+
+namespace gonio::acquisition {
+namespace {
+
+constexpr const char* kJournalName = "session.sqlite";
+constexpr int kMaxFramePixels_px = 65536;
+
+std::string frame_file_name(std::int64_t id) { return fmt::format("frames/{:06}.tiff", id); }
+
+std::string degrees_text(const std::vector<Angle>& angles) {
+  std::string text;
+  for (const Angle angle : angles) {
+    if (!text.empty()) text += ' ';
+    text += fmt::format("{}", angle.degrees());
+  }
+  return text;
+}
+
+/// Reads the values of one row in order; anything that is no number becomes a DataFormatError.
+class RowFields {
+ public:
+  RowFields(const std::filesystem::path& path, std::string_view table, const Journal::Row& row)
+      : path_(path), table_(table), row_(row) {}
+
+  const std::string& text() { return row_.values.at(next_++); }
+  template <class Number>
+  Number number() {
+    return parse<Number>(text());
+  }
+  std::chrono::nanoseconds nanoseconds() {
+    return std::chrono::nanoseconds(number<std::int64_t>());
+  }
+  std::vector<Angle> angles() {
+    const std::string& all = text();
+    std::vector<Angle> result;
+    std::size_t at = 0;
+    while (at < all.size()) {
+      const std::size_t end = std::min(all.find(' ', at), all.size());
+      result.push_back(Angle::from_degrees(parse<double>(all.substr(at, end - at))));
+      at = end + 1;
+    }
+    return result;
+  }
+  template <class Enum>
+  Enum name(std::initializer_list<Enum> known) {
+    const std::string& word = text();
+    for (const Enum value : known) {
+      if (to_string(value) == word) return value;
+    }
+    fail(fmt::format("unknown word {:?}", word));
+  }
+  [[noreturn]] void fail(const std::string& why) const {
+    throw DataFormatError(path_, fmt::format("{} row {}", table_, row_.number), why);
+  }
+
+ private:
+  template <class Number>
+  Number parse(const std::string& text) const {
+    Number value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) {
+      fail(fmt::format("found {:?}, expected a number", text));
+    }
+    return value;
+  }
+
+  const std::filesystem::path& path_;
+  std::string_view table_;
+  const Journal::Row& row_;
+  std::size_t next_ = 0;
+};
+
+devices::Frame shape_of(RowFields& fields) {
+  devices::Frame shape;
+  shape.width_px = fields.number<int>();
+  shape.height_px = fields.number<int>();
+  shape.pixel_format = fields.name({devices::PixelFormat::mono, devices::PixelFormat::bayer_rggb,
+                                    devices::PixelFormat::bayer_grbg,
+                                    devices::PixelFormat::bayer_gbrg,
+                                    devices::PixelFormat::bayer_bggr});
+  shape.saturation_level_dn = fields.number<std::uint16_t>();
+  shape.black_level_dn = fields.number<double>();
+  shape.gain_db = fields.number<double>();
+  if (shape.width_px < 1 || shape.height_px < 1 || shape.width_px > kMaxFramePixels_px ||
+      shape.height_px > kMaxFramePixels_px) {
+    fields.fail(fmt::format("a frame of {} x {} px", shape.width_px, shape.height_px));
+  }
+  return shape;
+}
+
+FrameRecord frame_record(RowFields& fields, std::int64_t number) {
+  FrameRecord record;
+  record.id = number;
+  record.kind = fields.name({FrameKind::dark, FrameKind::lamp_off, FrameKind::white,
+                             FrameKind::sample});
+  record.point = fields.number<int>();
+  record.channel = fields.text();
+  record.joints = fields.angles();
+  record.joints_spread = fields.angles();
+  record.exposure = fields.nanoseconds();
+  record.exposure_start = fields.nanoseconds();
+  record.monitor = fields.number<double>();
+  record.camera_frame_id = fields.number<std::uint64_t>();
+  record.file = fields.text();
+  if (record.file != frame_file_name(number)) {
+    fields.fail(fmt::format("frame file {:?}, expected {:?}", record.file,
+                            frame_file_name(number)));
+  }
+  record.sha256 = fields.text();
+  return record;
+}
+
+PointRecord point_record(RowFields& fields) {
+  PointRecord record;
+  record.point = fields.number<int>();
+  record.commanded.theta_h = Angle::from_degrees(fields.number<double>());
+  record.commanded.theta_d = Angle::from_degrees(fields.number<double>());
+  record.commanded.phi_d = Angle::from_degrees(fields.number<double>());
+  const std::string& branch = fields.text();
+  if (branch.size() != 1) fields.fail(fmt::format("branch {:?}", branch));
+  record.branch = branch.front();
+  record.joints = fields.angles();
+  record.outcome = fields.name({PointOutcome::Measured, PointOutcome::Saturated,
+                                PointOutcome::TooDark, PointOutcome::Skipped,
+                                PointOutcome::Failed});
+  record.note = fields.text();
+  record.finished_at = fields.nanoseconds();
+  return record;
+}
+
+}  // namespace
+
+struct SessionWriter::State {
+  std::filesystem::path folder;
+  Journal journal;
+  std::int64_t next_frame = 1;
+};
+
+SessionWriter::SessionWriter(const std::filesystem::path& folder, const SessionMetadata& metadata,
+                             const std::map<std::string, std::string>& configuration) {
+  files::require_creatable(folder);
+  std::filesystem::create_directory(folder);
+  std::filesystem::create_directory(folder / "frames");
+  state_.reset(new State{folder, Journal::create(folder / kJournalName)});
+  for (const auto& [key, value] : metadata) state_->journal.append("metadata", {key, value});
+  for (const auto& [name, text] : configuration) {
+    state_->journal.append("configuration", {name, text});
+  }
+}
+
+SessionWriter::~SessionWriter() = default;
+
+FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& frame) {
+  record.id = state_->next_frame;
+  record.file = frame_file_name(record.id);
+  record.exposure = frame.exposure;
+  record.exposure_start = frame.exposure_start;
+  record.camera_frame_id = frame.frame_id;
+  record.sha256 = write_frame_file(state_->folder / record.file, frame);
+  state_->journal.append(
+      "frames",
+      {std::string(to_string(record.kind)), fmt::format("{}", record.point), record.channel,
+       degrees_text(record.joints), degrees_text(record.joints_spread),
+       fmt::format("{}", record.exposure.count()), fmt::format("{}", record.exposure_start.count()),
+       fmt::format("{}", record.monitor), fmt::format("{}", record.camera_frame_id), record.file,
+       record.sha256, fmt::format("{}", frame.width_px), fmt::format("{}", frame.height_px),
+       std::string(devices::to_string(frame.pixel_format)),
+       fmt::format("{}", frame.saturation_level_dn), fmt::format("{}", frame.black_level_dn),
+       fmt::format("{}", frame.gain_db)});
+  ++state_->next_frame;
+  return record;
+}
+
+void SessionWriter::append(const PointRecord& record) {
+  state_->journal.append(
+      "points", {fmt::format("{}", record.point),
+                 fmt::format("{}", record.commanded.theta_h.degrees()),
+                 fmt::format("{}", record.commanded.theta_d.degrees()),
+                 fmt::format("{}", record.commanded.phi_d.degrees()), std::string(1, record.branch),
+                 degrees_text(record.joints), std::string(to_string(record.outcome)), record.note,
+                 fmt::format("{}", record.finished_at.count())});
+}
+
+void SessionWriter::note(std::chrono::nanoseconds at, const std::string& kind,
+                         const std::string& text) {
+  state_->journal.append("notes", {fmt::format("{}", at.count()), kind, text});
+}
+
+void SessionWriter::finish(std::chrono::nanoseconds at) {
+  state_->journal.append("finished", {fmt::format("{}", at.count())});
+}
+
+SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(folder) {
+  const std::filesystem::path path = folder / kJournalName;
+  const Journal journal = Journal::open(path);
+  const auto each_intact = [&](std::string_view table, auto&& read) {
+    for (const Journal::Row& row : journal.rows(table)) {
+      if (!row.intact) {
+        damage_.push_back(fmt::format("{} row {}: checksum does not fit, left out", table,
+                                      row.number));
+        continue;
+      }
+      RowFields fields(path, table, row);
+      read(fields, row);
+    }
+  };
+  each_intact("metadata", [&](RowFields& fields, const Journal::Row&) {
+    const std::string key = fields.text();
+    metadata_[key] = fields.text();
+  });
+  each_intact("configuration", [&](RowFields& fields, const Journal::Row&) {
+    const std::string name = fields.text();
+    configuration_[name] = fields.text();
+  });
+  each_intact("frames", [&](RowFields& fields, const Journal::Row& row) {
+    FrameRecord record = frame_record(fields, row.number);
+    shapes_[record.id] = shape_of(fields);
+    if (!std::filesystem::is_regular_file(folder_ / record.file)) {
+      damage_.push_back(fmt::format("frame {}: {} is missing, left out", record.id, record.file));
+      return;
+    }
+    frames_.push_back(std::move(record));
+  });
+  each_intact("points", [&](RowFields& fields, const Journal::Row&) {
+    points_.push_back(point_record(fields));
+  });
+  each_intact("notes", [&](RowFields& fields, const Journal::Row&) {
+    SessionNote note;
+    note.at = fields.nanoseconds();
+    note.kind = fields.text();
+    note.text = fields.text();
+    notes_.push_back(std::move(note));
+  });
+  each_intact("finished", [&](RowFields&, const Journal::Row&) { finished_ = true; });
+}
+
+devices::Frame SessionReader::read_frame(const FrameRecord& record) const {
+  const std::filesystem::path path = folder_ / record.file;
+  const std::string found = files::sha256_of_file(path);
+  if (found != record.sha256) {
+    throw DataFormatError(path, "contents",
+                          fmt::format("SHA-256 is {}, the journal says {}", found, record.sha256));
+  }
+  devices::Frame frame = shapes_.at(record.id);
+  frame.exposure = record.exposure;
+  frame.exposure_start = record.exposure_start;
+  frame.frame_id = record.camera_frame_id;
+  frame.pixels_dn = read_frame_file(path, frame.width_px, frame.height_px);
+  return frame;
+}
+
+}  // namespace gonio::acquisition

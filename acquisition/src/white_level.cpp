@@ -1,0 +1,129 @@
+#include "white_level.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "gonio/errors/errors.h"
+#include "gonio/instrument/measurement_equation.h"
+
+namespace gonio::acquisition {
+namespace {
+
+/// Frames of one visit to the white: no frame of the sample lies between them.
+struct Visit {
+  std::map<std::string, std::vector<const FrameRecord*>> frames;  ///< by channel
+  const FrameRecord* lamp_off = nullptr;
+};
+
+std::vector<Visit> visits_of(const SessionReader& archive) {
+  std::vector<Visit> visits;
+  bool open = false;
+  for (const FrameRecord& record : archive.frames()) {
+    if (record.kind == FrameKind::white) {
+      if (!open) visits.emplace_back();
+      open = true;
+      visits.back().frames[record.channel].push_back(&record);
+    } else if (record.kind == FrameKind::lamp_off && record.point < 0 && open) {
+      visits.back().lamp_off = &record;
+    } else if (record.kind == FrameKind::sample) {
+      open = false;
+    }
+  }
+  return visits;
+}
+
+struct Sums {
+  double signal = 0.0;
+  double expected = 0.0;
+  double variance = 0.0;
+};
+
+}  // namespace
+
+brdf::Rgb WhiteLevel::at(double time_s) const {
+  if (time_s <= visits.front().time_s) return visits.front().constant;
+  for (std::size_t i = 1; i < visits.size(); ++i) {
+    if (time_s <= visits[i].time_s) {
+      const double t =
+          (time_s - visits[i - 1].time_s) / (visits[i].time_s - visits[i - 1].time_s);
+      return visits[i - 1].constant + t * (visits[i].constant - visits[i - 1].constant);
+    }
+  }
+  return visits.back().constant;
+}
+
+double WhiteLevel::drift() const {
+  const brdf::Rgb change = visits.back().constant / visits.front().constant - 1.0;
+  int largest = 0;
+  change.abs().maxCoeff(&largest);
+  return change[largest];
+}
+
+WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
+                       const ReductionOptions& options, const ColourLayout& colours,
+                       const std::vector<double>& offset_dn, int dark_frames,
+                       const std::filesystem::path& place) {
+  WhiteLevel level;
+  for (const Visit& visit : visits_of(archive)) {
+    if (visit.frames.size() != colours.channels().size()) continue;  // a visit cut short
+    const BackgroundMaps background =
+        background_maps(archive, instrument.sensor, offset_dn, dark_frames, visit.lamp_off);
+    std::vector<ChannelSignal> signals;
+    for (const std::string& channel : colours.channels()) {
+      signals.push_back(merge_frames(archive, instrument, visit.frames.at(channel), background));
+    }
+    const rig::Joints& joints = visit.frames.begin()->second.front()->joints;
+    const rig::RigPose pose = rig::forward(instrument.rig, joints);
+    const Eigen::Vector2d centre =
+        options.white_in_frame ? options.white_patch_mm : Eigen::Vector2d::Zero();
+    const double half_width =
+        options.white_in_frame ? options.white_patch_half_width_mm
+                               : options.sample_half_width_mm - options.edge_margin_mm;
+    std::array<Sums, 3> sums;
+    const int width = instrument.camera.width_px;
+    for (int row = 0; row < instrument.camera.height_px; ++row) {
+      for (int column = 0; column < width; ++column) {
+        const auto geometry = instrument::pixel_geometry(instrument, pose, column, row);
+        if (!geometry) continue;
+        if ((geometry->point_in_sample_mm.head<2>() - centre).cwiseAbs().maxCoeff() > half_width) {
+          continue;
+        }
+        const Angle theta_i =
+            Angle::from_radians(std::acos(std::min(1.0, geometry->directions.wi.z())));
+        const brdf::Rgb white = instrument::white_brdf(instrument.white, theta_i);
+        const auto pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                           static_cast<std::size_t>(column);
+        for (int colour = 0; colour < 3; ++colour) {
+          const ChannelSignal& signal = signals[colours.channel_of(colour)];
+          if (!ColourLayout::carries(signal.pixel_format, column, row, colour)) continue;
+          if (signal.merged.state[pixel] != instrument::PixelState::measured) continue;
+          Sums& sum = sums[static_cast<std::size_t>(colour)];
+          sum.signal += signal.merged.dn_per_s[pixel];
+          sum.variance += signal.merged.variance[pixel];
+          sum.expected += white[colour] * geometry->factor;
+        }
+      }
+    }
+    WhiteLevel::Visit found;
+    bool usable = true;
+    for (int colour = 0; colour < 3; ++colour) {
+      const Sums& sum = sums[static_cast<std::size_t>(colour)];
+      const ChannelSignal& signal = signals[colours.channel_of(colour)];
+      const double monitor = signal.monitor > 0.0 ? signal.monitor : 1.0;
+      usable = usable && sum.expected > 0.0 && sum.signal > 0.0;
+      found.constant[colour] = sum.signal / (sum.expected * monitor);
+      found.relative_sigma[colour] = std::sqrt(sum.variance) / sum.signal;
+      found.time_s += signal.time_s / 3.0;
+    }
+    if (usable) level.visits.push_back(found);
+  }
+  if (level.visits.empty()) {
+    throw DataFormatError(place, "white frames",
+                          "found none that can be used, expected at least one visit to the white");
+  }
+  return level;
+}
+
+}  // namespace gonio::acquisition

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "gonio/acquisition/reduction.h"
+#include "merged_frames.h"
+
+namespace gonio::acquisition {
+
+/// The constant C of the measurement equation, per colour, as the whites of a session give it.
+struct WhiteLevel {
+  struct Visit {
+    double time_s = 0.0;
+    brdf::Rgb constant;             ///< per unit of lamp monitor
+    brdf::Rgb relative_sigma;
+  };
+  std::vector<Visit> visits;        ///< in time
+
+  /// C over monitor at a time: linear between visits, held outside.
+  brdf::Rgb at(double time_s) const;
+  /// Last over first visit, minus 1, where it is largest.
+  double drift() const;
+};
+
+/// Throws DataFormatError when the archive holds no usable white frame.
+WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
+                       const ReductionOptions& options, const ColourLayout& colours,
+                       const std::vector<double>& offset_dn, int dark_frames,
+                       const std::filesystem::path& place);
+
+}  // namespace gonio::acquisition
