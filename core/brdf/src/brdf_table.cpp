@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "large_pages.h"
+
 namespace gonio::brdf {
 namespace {
 
@@ -15,7 +17,9 @@ constexpr double kInvalid = -1.0;
 }  // namespace
 
 BrdfTable::BrdfTable(IndexConvention convention, RadiometricScale scale)
-    : stored_(3 * lattice::kCells, kInvalid), convention_(convention), scale_(scale) {}
+    : stored_(on_large_pages<std::vector<double>>(3 * lattice::kCells, kInvalid)),
+      convention_(convention),
+      scale_(scale) {}
 
 BrdfTable::BrdfTable(std::vector<double> stored_planes, IndexConvention convention,
                      RadiometricScale scale)

@@ -15,6 +15,7 @@
 
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
+#include "large_pages.h"
 #include "merl_sidecar.h"
 #include "regular_file.h"
 
@@ -113,6 +114,7 @@ BrdfTable read_merl(const std::filesystem::path& path) {
   // Appended chunk by chunk: sizing the vector first would write its 35 MB twice.
   std::vector<double> stored;
   stored.reserve(kStored);
+  advise_large_pages(stored.data(), kStored * sizeof(double));
   std::vector<double> buffer(kChunk);
   while (stored.size() < kStored) {
     const std::span chunk(buffer.data(), std::min(kChunk, kStored - stored.size()));

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fast_atan2.h"
 #include "gonio/brdf/brdf_table.h"
+#include "large_pages.h"
 #include "lattice_position.h"
 
 namespace gonio::brdf {
@@ -17,7 +19,9 @@ Rgb weighted_mean(const Eigen::Array4d& sum) {
 }  // namespace
 
 TableBrdf::TableBrdf(const BrdfTable& table, Interpolation how)
-    : convention_(table.convention()), how_(how), cells_(lattice::kCells, Eigen::Array4d::Zero()) {
+    : convention_(table.convention()),
+      how_(how),
+      cells_(on_large_pages<decltype(cells_)>(lattice::kCells, Eigen::Array4d::Zero())) {
   for (const std::uint32_t cell : lattice::cells_above_horizon(convention_)) {
     if (!table.valid(cell)) continue;
     cells_[cell].head<3>() = table.value(cell);
@@ -33,18 +37,17 @@ Rgb TableBrdf::evaluate(const DirectionPair& pair) const {
   const Eigen::Vector3d difference = pair.wi - pair.wo;
   const double tangential2 = square(sum.x()) + square(sum.y());
   const double tangential = std::sqrt(tangential2);
-  const double theta_h = std::atan2(tangential, sum.z());
-  const double theta_d =
-      std::atan2(std::sqrt(difference.squaredNorm()), std::sqrt(tangential2 + square(sum.z())));
-  double along = difference.x();  // at the pole phi_h is 0
-  double across = difference.y();
-  if (tangential > 0.0) {
-    along = (sum.x() * difference.x() + sum.y() * difference.y()) / tangential;
-    across = (sum.x() * difference.y() - sum.y() * difference.x()) / tangential;
-  }
   const double norm = std::sqrt(tangential2 + square(sum.z()));
-  const double phi_d = std::atan2(across * norm, sum.z() * along - tangential * difference.z());
-  return at(theta_h, theta_d, phi_d);
+  // Azimuth of the half vector; x by convention at the pole.
+  const double cos_phi_h = tangential > 0.0 ? sum.x() / tangential : 1.0;
+  const double sin_phi_h = tangential > 0.0 ? sum.y() / tangential : 0.0;
+  const double along = cos_phi_h * difference.x() + sin_phi_h * difference.y();
+  const double across = (cos_phi_h * difference.y() - sin_phi_h * difference.x()) * norm;
+  const double outward = sum.z() * along - tangential * difference.z();
+  // Reciprocity lets both change sign together, which folds phi_d into [0, 180] deg.
+  const double sign = across < 0.0 ? -1.0 : 1.0;
+  return at(atan2_upper(tangential, sum.z()), atan2_upper(difference.norm(), norm),
+            atan2_upper(sign * across, sign * outward));
 }
 
 Rgb TableBrdf::evaluate(const HalfDiff& angles) const {

@@ -7,6 +7,7 @@
 #include "gonio/brdf/brdf_table.h"
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
+#include "large_pages.h"
 #include "sin_cos.h"
 
 namespace gonio::brdf {
@@ -57,7 +58,7 @@ BrdfTable tabulate(const BrdfModel& model, RadiometricScale scale, IndexConventi
 
 std::vector<double> values_at_cells(const BrdfModel& model, std::span<const std::uint32_t> cells,
                                     IndexConvention convention) {
-  std::vector<double> planes(3 * cells.size());
+  auto planes = on_large_pages<std::vector<double>>(3 * cells.size(), 0.0);
   evaluate_each(
       model, cells, convention, [&](std::size_t position, std::uint32_t, const Rgb& value) {
         for (std::size_t channel = 0; channel < 3; ++channel) {
@@ -73,7 +74,7 @@ std::vector<double> values_at_cells(const BrdfTable& table, std::span<const std:
       throw std::invalid_argument("cell " + std::to_string(cell) + " is not on the lattice");
     }
   }
-  std::vector<double> planes(3 * cells.size());
+  auto planes = on_large_pages<std::vector<double>>(3 * cells.size(), 0.0);
   const double* stored = table.stored_planes().data();
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const std::size_t cell = cells[i];

@@ -82,7 +82,7 @@ TEST(TableBrdf, GivesTheSameFromDirectionsAndFromAngles) {
     const DirectionPair pair = random_pair(generator, 0.01);
     const Rgb from_pair = handed().evaluate(pair);
     const Rgb from_angles = handed().evaluate(half_diff_from_directions(pair));
-    ASSERT_LT((from_pair - from_angles).abs().maxCoeff(), 1e-10);
+    ASSERT_LT((from_pair - from_angles).abs().maxCoeff(), 1e-12);
   }
 }
 
@@ -143,10 +143,10 @@ TEST(TableBrdf, LeavesOutInvalidCornersInsteadOfBlendingThemIn) {
   EXPECT_LT((brdf.evaluate(beside) - neighbour).abs().maxCoeff(), 1e-9);
 }
 
-TEST(TableBrdf, IsNonZeroUpToTheHorizonButForItsLastDegree) {
+TEST(TableBrdf, IsNonZeroUpToHalfADegreeFromTheHorizon) {
   std::mt19937_64 generator(25);
   for (int i = 0; i < 50'000; ++i) {
-    const DirectionPair pair = random_pair(generator, cos(89.0_deg));
+    const DirectionPair pair = random_pair(generator, cos(89.5_deg));
     ASSERT_GT(handed().evaluate(pair).minCoeff(), 0.0);
   }
 }

@@ -59,7 +59,7 @@ enum class Interpolation { nearest, trilinear };
 /// and above the horizon), ordered for speed: 47 MB, and the table may go.
 ///
 /// Within the last fraction of a degree before the horizon all corners of a direction may be
-/// unusable (theta_i or theta_o > 89.4 deg for a complete table): the value there is 0.
+/// unusable (theta_i or theta_o > 89.5 deg for a complete table): the value there is 0.
 class TableBrdf final : public BrdfModel {
  public:
   explicit TableBrdf(const BrdfTable& table, Interpolation how = Interpolation::trilinear);
