@@ -20,7 +20,7 @@ using SphereRadiance = Eigen::Array3Xd;
 /// sum over lights of f cos theta_i E where cos theta_i > 0.01, f of the nearest lattice cell.
 ///
 /// Which cell a pixel reads for a light does not depend on the material, so the list of (cell,
-/// factor) is worked out once; a picture is then a sparse matrix times a table: about 5 ms.
+/// factor) is worked out once; a picture is then a sparse matrix times a table: about 10 ms.
 ///
 /// Threads  const members may be called from many threads.
 class MetricSphere {
@@ -35,7 +35,7 @@ class MetricSphere {
 
   MetricSphere(MetricLighting lighting, brdf::IndexConvention convention);
 
-  /// The same object for all callers; built at the first call, in about 50 ms.
+  /// The same object for all callers; built at the first call, in about 0.1 s.
   static const MetricSphere& shared(MetricLighting lighting, brdf::IndexConvention convention);
 
   std::size_t pixel_count() const { return first_.size() - 1; }
