@@ -1,0 +1,50 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "gonio/brdf/directions.h"
+
+namespace gonio::design {
+
+/// What a direction may be. All masks have one byte per basis cell, 0 = forbidden.
+struct DirectionLimits {
+  Angle theta_i_max = Angle::from_degrees(80.0);
+  Angle theta_o_max = Angle::from_degrees(80.0);
+  Angle theta_d_min = Angle::from_degrees(0.0);
+};
+
+/// Which basis cells a search may choose.
+///
+/// `allowed`  One byte per basis cell; empty allows all.
+/// `accept`   Asked at most once per cell and search, from the calling thread, only about cells
+///            that would be chosen next: for rigs whose inverse kinematics is numeric. Empty
+///            accepts all. Must give the same answer every time it is asked.
+struct Candidates {
+  std::vector<std::uint8_t> allowed;
+  std::function<bool(std::uint32_t basis_cell)> accept;
+};
+
+/// Number of basis cells, and the angles of one (bin centre).
+std::size_t basis_cell_count();
+brdf::HalfDiff direction_of_basis_cell(std::uint32_t basis_cell);
+
+/// The basis cell whose bin holds the direction; empty when that cell is below the horizon.
+std::optional<std::uint32_t> basis_cell_of(const brdf::HalfDiff& direction);
+
+/// Cells whose bin centres obey the limits.
+std::vector<std::uint8_t> cells_within(const DirectionLimits& limits);
+
+/// From one byte per lattice cell (as rig::ReachStatistics has) to one per basis cell.
+/// Throws std::invalid_argument unless lattice::kCells long.
+std::vector<std::uint8_t> basis_mask(std::span<const std::uint8_t> lattice_mask);
+
+/// The allowed cell nearest to a direction that cannot be used: least |wi - wi'|^2 + |wo - wo'|^2
+/// in the frame of the half vector. Empty when nothing is allowed.
+std::optional<std::uint32_t> nearest_allowed(const brdf::HalfDiff& direction,
+                                             std::span<const std::uint8_t> allowed);
+
+}  // namespace gonio::design

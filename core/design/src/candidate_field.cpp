@@ -1,0 +1,206 @@
+#include "candidate_field.h"
+
+#include <cblas.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "gonio/parallel/parallel.h"
+
+namespace gonio::design {
+namespace {
+
+constexpr std::size_t kBlock = 2048;  // 650 kB of rows at k = 80: stays in a core's cache
+constexpr float kNone = -std::numeric_limits<float>::infinity();
+
+Change change_of(Criterion criterion, double beta, const Eigen::VectorXd& h,
+                 const Eigen::MatrixXd& open, const Eigen::MatrixXd& importance) {
+  const Eigen::VectorXd importance_h = importance * h;
+  const Eigen::VectorXd open_importance_h = open * importance_h;
+  Change change{beta, {}, h.squaredNorm(), h.dot(importance_h), h.dot(open_importance_h)};
+  switch (criterion) {
+    case Criterion::bayes_d:
+      change.vectors = h.cast<float>();
+      break;
+    case Criterion::bayes_a:
+      change.vectors.resize(h.size(), 2);
+      change.vectors << h.cast<float>(), open_importance_h.cast<float>();
+      break;
+    case Criterion::xu_squared: {
+      const Eigen::VectorXd open_h = open * h;
+      change.vectors.resize(h.size(), 5);
+      change.vectors << h.cast<float>(), open_importance_h.cast<float>(), open_h.cast<float>(),
+          (open * open_importance_h).cast<float>(), (open * (importance * open_h)).cast<float>();
+      break;
+    }
+  }
+  return change;
+}
+
+/// out (count x columns, row-major) = rows * vectors.
+void multiply(const float* rows, std::size_t count, std::size_t k,
+              const basis::RowMajorMatrixXf& vectors, float* out) {
+  const auto columns = static_cast<int>(vectors.cols());
+  cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, static_cast<int>(count), columns,
+              static_cast<int>(k), 1.0F, rows, static_cast<int>(k), vectors.data(), columns, 0.0F,
+              out, columns);
+}
+
+}  // namespace
+
+Change adding(Criterion criterion, const Eigen::VectorXd& row, const Eigen::MatrixXd& open,
+              const Eigen::MatrixXd& importance, double eta) {
+  const Eigen::VectorXd h = open * row;
+  return change_of(criterion, -1.0 / (eta + row.dot(h)), h, open, importance);
+}
+
+Change dropping(Criterion criterion, const Eigen::VectorXd& row, const Eigen::MatrixXd& open,
+                const Eigen::MatrixXd& importance, double eta) {
+  const Eigen::VectorXd h = open * row;
+  return change_of(criterion, 1.0 / (eta - row.dot(h)), h, open, importance);
+}
+
+CandidateField::CandidateField(const basis::RowMajorMatrixXf& rows,
+                               const Eigen::MatrixXd& importance, Criterion criterion, double eta)
+    : rows_(rows),
+      criterion_(criterion),
+      eta_(eta),
+      second_order_(criterion == Criterion::xu_squared),
+      start_(2 * size()),
+      figures_((second_order_ ? 4 : 2) * size()),
+      gains_(size(), kNone),
+      block_best_((size() + kBlock - 1) / kBlock) {
+  // q.K q = |q E sqrt(D)|^2 with K = E D E^T: a product with one matrix instead of two.
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(importance);
+  const basis::RowMajorMatrixXf root =
+      (eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal())
+          .cast<float>();
+  const auto k = static_cast<std::size_t>(rows_.cols());
+  parallel::for_each_block(0, size(), kBlock, [&](std::size_t from, std::size_t to) {
+    const auto count = static_cast<Eigen::Index>(to - from);
+    basis::RowMajorMatrixXf product(count, root.cols());
+    multiply(rows_.data() + from * k, to - from, k, root, product.data());
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const std::size_t at = 2 * (from + static_cast<std::size_t>(i));
+      start_[at] = rows_.row(static_cast<Eigen::Index>(from) + i).squaredNorm();
+      start_[at + 1] = product.row(i).squaredNorm();
+    }
+  });
+  reset();
+}
+
+void CandidateField::reset() {
+  if (!second_order_) {
+    figures_ = start_;
+    return;
+  }
+  for (std::size_t i = 0; i < size(); ++i) {
+    figures_[4 * i] = figures_[4 * i + 2] = start_[2 * i];
+    figures_[4 * i + 1] = figures_[4 * i + 3] = start_[2 * i + 1];
+  }
+}
+
+CandidateField::Figures CandidateField::after(const Figures& at, const Change& change,
+                                              const float* products) const {
+  const double q_h = products[0];
+  const double tau = change.beta * q_h;
+  Figures next = at;
+  next.v += tau * q_h;
+  if (criterion_ == Criterion::bayes_d) return next;
+  const double q_open_importance_h = products[1];
+  next.w += tau * (2.0 * q_open_importance_h + tau * change.h_importance_h);
+  if (!second_order_) return next;
+  const double q_open_h = products[2];
+  next.s += tau * (2.0 * q_open_h + tau * change.h_h);
+  next.z += tau * (static_cast<double>(products[3]) + static_cast<double>(products[4]) +
+                   tau * change.h_open_importance_h) +
+            change.beta * (q_open_h + tau * change.h_h) *
+                (q_open_importance_h + tau * change.h_importance_h);
+  return next;
+}
+
+double CandidateField::gain(const Figures& at) const {
+  const double d = eta_ + at.v;
+  switch (criterion_) {
+    case Criterion::bayes_d:
+      return d;  // ln(d / eta) rises with it
+    case Criterion::bayes_a:
+      return at.w / d;
+    case Criterion::xu_squared:
+      return (2.0 * at.z - at.s * at.w / d) / d;
+  }
+  return 0.0;
+}
+
+void CandidateField::scan(const std::vector<Change>& changes, const Change* trial,
+                          const std::vector<std::uint8_t>& allowed) {
+  const auto k = static_cast<std::size_t>(rows_.cols());
+  std::vector<const Change*> all;
+  for (const Change& change : changes) all.push_back(&change);
+  if (trial != nullptr) all.push_back(trial);
+  const auto per_change = all.empty() ? 0 : static_cast<std::size_t>(all[0]->vectors.cols());
+  basis::RowMajorMatrixXf vectors(rows_.cols(), static_cast<Eigen::Index>(per_change * all.size()));
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    vectors.middleCols(static_cast<Eigen::Index>(c * per_change),
+                       static_cast<Eigen::Index>(per_change)) = all[c]->vectors;
+  }
+  const std::size_t columns = per_change * all.size();
+  const std::size_t stride = second_order_ ? 4 : 2;
+
+  parallel::for_each_block(0, size(), kBlock, [&](std::size_t from, std::size_t to) {
+    std::vector<float> products((to - from) * columns);
+    if (columns > 0) multiply(rows_.data() + from * k, to - from, k, vectors, products.data());
+    for (std::size_t i = from; i < to; ++i) {
+      double* kept = figures_.data() + i * stride;
+      const float* product = products.data() + (i - from) * columns;
+      Figures at{kept[0], kept[1], second_order_ ? kept[2] : 0.0, second_order_ ? kept[3] : 0.0};
+      if (!changes.empty()) {
+        for (std::size_t c = 0; c < changes.size(); ++c) {
+          at = after(at, changes[c], product + c * per_change);
+        }
+        kept[0] = at.v;
+        kept[1] = at.w;
+        if (second_order_) {
+          kept[2] = at.s;
+          kept[3] = at.z;
+        }
+      }
+      if (allowed[i] == 0) {
+        gains_[i] = kNone;
+        continue;
+      }
+      if (trial != nullptr) at = after(at, *trial, product + changes.size() * per_change);
+      gains_[i] = static_cast<float>(gain(at));
+    }
+    find_block_best(from / kBlock);
+  });
+}
+
+void CandidateField::find_block_best(std::size_t block) {
+  const std::size_t from = block * kBlock;
+  const std::size_t to = std::min(size(), from + kBlock);
+  const auto first = gains_.begin() + static_cast<std::ptrdiff_t>(from);
+  const auto best = std::max_element(first, gains_.begin() + static_cast<std::ptrdiff_t>(to));
+  block_best_[block] = from + static_cast<std::size_t>(best - first);
+}
+
+std::size_t CandidateField::best() const {
+  std::size_t found = size();
+  float gain = kNone;
+  for (const std::size_t candidate : block_best_) {
+    if (gains_[candidate] > gain) {
+      gain = gains_[candidate];
+      found = candidate;
+    }
+  }
+  return found;
+}
+
+void CandidateField::dismiss(std::size_t candidate) {
+  gains_[candidate] = kNone;
+  find_block_best(candidate / kBlock);
+}
+
+}  // namespace gonio::design

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "gonio/basis/basis.h"
+#include "gonio/design/criteria.h"
+
+namespace gonio::design {
+
+/// A change M' = M + beta h h^T: adding (beta < 0) or dropping (beta > 0) the sample with row a,
+/// where h = M a. Holds the vectors whose products with a candidate's row update its figures.
+struct Change {
+  double beta;
+  Eigen::MatrixXf vectors;  ///< k x 1 (bayes_d), 2 (bayes_a) or 5 (xu_squared)
+  double h_h;
+  double h_importance_h;
+  double h_open_importance_h;
+};
+
+Change adding(Criterion criterion, const Eigen::VectorXd& row, const Eigen::MatrixXd& open,
+              const Eigen::MatrixXd& importance, double eta);
+Change dropping(Criterion criterion, const Eigen::VectorXd& row, const Eigen::MatrixXd& open,
+                const Eigen::MatrixXd& importance, double eta);
+
+/// What every candidate would bring, kept up to date while samples come and go.
+///
+/// With b = M q for a candidate's row q: v = q.b, w = b.K b, and for xu_squared also
+/// s = b.b, z = b.M K b. A rank-one change of M updates them from a few products of q with fixed
+/// vectors, so a trial costs one pass over the rows: memory bandwidth, not arithmetic.
+///
+/// State    M = I after construction and reset().
+/// Threads  Uses all inside; calls come from one.
+class CandidateField {
+ public:
+  /// `rows` must outlive the field.
+  CandidateField(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& importance,
+                 Criterion criterion, double eta);
+
+  std::size_t size() const { return static_cast<std::size_t>(rows_.rows()); }
+
+  void reset();
+
+  /// Takes over `changes` in order, then works out every allowed candidate's gain under M and, if
+  /// given, one further change that is not kept. `allowed`: one byte per candidate.
+  void scan(const std::vector<Change>& changes, const Change* trial,
+            const std::vector<std::uint8_t>& allowed);
+
+  /// The candidate with the largest gain in the last scan, the lowest of equals; size() when none
+  /// is left.
+  std::size_t best() const;
+  /// Takes a candidate out of the last scan.
+  void dismiss(std::size_t candidate);
+
+ private:
+  struct Figures {
+    double v;
+    double w;
+    double s;
+    double z;
+  };
+  Figures after(const Figures& at, const Change& change, const float* products) const;
+  double gain(const Figures& at) const;
+  void find_block_best(std::size_t block);
+
+  const basis::RowMajorMatrixXf& rows_;
+  Criterion criterion_;
+  double eta_;
+  bool second_order_;            ///< s and z are kept
+  std::vector<double> start_;    ///< v, w at M = I
+  std::vector<double> figures_;  ///< v, w (, s, z) per candidate
+  std::vector<float> gains_;
+  std::vector<std::size_t> block_best_;
+};
+
+}  // namespace gonio::design

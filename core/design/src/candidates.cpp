@@ -1,0 +1,94 @@
+#include "gonio/design/candidates.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "gonio/brdf/merl_lattice.h"
+
+namespace gonio::design {
+namespace {
+
+namespace lattice = brdf::lattice;
+
+constexpr double kEdgeRad = 1e-9;  // limits are inclusive to rounding
+
+}  // namespace
+
+std::size_t basis_cell_count() { return lattice::cells_above_horizon().size(); }
+
+brdf::HalfDiff direction_of_basis_cell(std::uint32_t basis_cell) {
+  return lattice::angles_of(
+      lattice::index_from_cell(lattice::cells_above_horizon().at(basis_cell)));
+}
+
+std::optional<std::uint32_t> basis_cell_of(const brdf::HalfDiff& direction) {
+  const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
+  const auto cell =
+      static_cast<std::uint32_t>(lattice::cell_from_index(lattice::nearest_index(direction)));
+  const auto found = std::lower_bound(cells.begin(), cells.end(), cell);
+  if (found == cells.end() || *found != cell) return std::nullopt;
+  return static_cast<std::uint32_t>(found - cells.begin());
+}
+
+std::vector<std::uint8_t> cells_within(const DirectionLimits& limits) {
+  const double cos_i = cos(limits.theta_i_max + Angle::from_radians(kEdgeRad));
+  const double cos_o = cos(limits.theta_o_max + Angle::from_radians(kEdgeRad));
+  const Angle theta_d_min = limits.theta_d_min - Angle::from_radians(kEdgeRad);
+  const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
+  std::vector<std::uint8_t> mask(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const brdf::HalfDiff at = lattice::angles_of(lattice::index_from_cell(cells[i]));
+    const brdf::PolarCosines cosines = brdf::polar_cosines(at.theta_h, at.theta_d, at.phi_d);
+    mask[i] =
+        cosines.cos_theta_i >= cos_i && cosines.cos_theta_o >= cos_o && at.theta_d >= theta_d_min;
+  }
+  return mask;
+}
+
+std::vector<std::uint8_t> basis_mask(std::span<const std::uint8_t> lattice_mask) {
+  if (lattice_mask.size() != lattice::kCells) {
+    throw std::invalid_argument("candidates: a lattice mask has " +
+                                std::to_string(lattice::kCells) + " cells, found " +
+                                std::to_string(lattice_mask.size()));
+  }
+  const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
+  std::vector<std::uint8_t> mask(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) mask[i] = lattice_mask[cells[i]] != 0;
+  return mask;
+}
+
+std::optional<std::uint32_t> nearest_allowed(const brdf::HalfDiff& direction,
+                                             std::span<const std::uint8_t> allowed) {
+  const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
+  if (allowed.size() != cells.size()) {
+    throw std::invalid_argument("candidates: a basis mask has " + std::to_string(cells.size()) +
+                                " cells, found " + std::to_string(allowed.size()));
+  }
+  const auto pair_of = [](brdf::HalfDiff at) {
+    at.phi_h = Angle();
+    return brdf::directions_from_half_diff(at);
+  };
+  const brdf::DirectionPair wanted = pair_of(direction);
+  std::optional<std::uint32_t> nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (allowed[i] == 0) continue;
+    const brdf::DirectionPair pair =
+        pair_of(lattice::angles_of(lattice::index_from_cell(cells[i])));
+    // Swapping the directions is the same measurement (reciprocity).
+    const double straight =
+        (pair.wi - wanted.wi).squaredNorm() + (pair.wo - wanted.wo).squaredNorm();
+    const double swapped =
+        (pair.wo - wanted.wi).squaredNorm() + (pair.wi - wanted.wo).squaredNorm();
+    const double distance = std::min(straight, swapped);
+    if (distance < least) {
+      least = distance;
+      nearest = static_cast<std::uint32_t>(i);
+    }
+  }
+  return nearest;
+}
+
+}  // namespace gonio::design
