@@ -1,10 +1,9 @@
 #pragma once
 
-#include <cstdint>
-#include <string_view>
-#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gonio/brdf/directions.h"
@@ -23,18 +22,23 @@ struct RigPose {
   brdf::DirectionPair directions_at(const Eigen::Vector3d& point_in_sample_mm) const;
 };
 
-/// Forward kinematics of any rig.
+/// Forward kinematics of any rig, by product of exponentials. Joints outside the limits are
+/// computed like any other. Throws std::invalid_argument unless there is one joint per axis.
 RigPose forward(const RigDescription& rig, const Joints& joints);
 
 /// Which of the equivalent poses of one BRDF direction: A as given; B mirrored to the other lamp
-/// side; C light and detector exchanged (Helmholtz); D both. `bilateral` variants assume
-/// f(phi_d) = f(-phi_d) and are off by default (rig_and_calibration 1.2).
+/// side; C light and detector exchanged (Helmholtz); D both. On rigs other than LA-2, B and D are
+/// further poses of A and C that the search has found.
 enum class Branch { A, B, C, D };
 char to_char(Branch branch);
 
+/// Which of them may be used besides A.
 struct BranchSet {
-  bool reciprocal = true;  ///< C
+  bool reciprocal = true;   ///< C
   bool other_side = false;  ///< B, and D with reciprocal
+  /// Also poses for f(phi_d) = f(-phi_d), which holds for most materials but is not part of the
+  /// MERL model: useful as a check of the sample.
+  bool bilateral = false;
 };
 
 /// Why a direction cannot be measured. `AxisLimit` and `KeepOut` carry a name in Refusal::detail.
@@ -58,8 +62,12 @@ struct Refusal {
 
 struct PoseSolution {
   Joints joints;
-  Branch branch;
+  Branch branch = Branch::A;
+  bool mirrored = false;  ///< for -phi_d (BranchSet::bilateral)
 };
+
+/// "A", or "A'" when mirrored.
+std::string branch_name(const PoseSolution& pose);
 
 /// All poses that realise a direction, or the reason there is none.
 struct Reach {
@@ -70,24 +78,36 @@ struct Reach {
 /// Inverse kinematics with limits. Closed form where the rig is an ideal LA-2, otherwise numeric
 /// (Levenberg-Marquardt from the closed-form seeds and random restarts, fixed seed).
 ///
+/// Nominal  A pose realises a direction at the sample origin; other points of the sample see
+///          others (RigPose::directions_at).
+/// Redundancy  Axes that the direction does not need (a spin about the normal) stay at home on an
+///          LA-2, near the seed elsewhere.
 /// Threads  const, may be shared.
 class Inverse {
  public:
+  /// Throws std::invalid_argument for an invalid rig.
   explicit Inverse(RigDescription rig, BranchSet branches = {});
 
-  const RigDescription& rig() const { return rig_; }
+  const RigDescription& rig() const;
+  const BranchSet& branches() const;
 
+  /// All allowed poses, branch A first if it is there. With none, the refusal says why branch A
+  /// (as the direction is given) is none. `direction` may have any phi_d; phi_h is ignored.
   Reach solve(const brdf::HalfDiff& direction) const;
 
   /// Cheap test for masks over a million cells: same verdict as solve() on an ideal LA-2; on other
-  /// rigs only the limits on polar angles and theta_d (solve() decides).
+  /// rigs only the limits on polar angles, theta_d and footprint (solve() decides).
   bool maybe_reachable(const brdf::HalfDiff& direction) const;
-  bool closed_form() const { return closed_form_; }
+
+  /// The reason of solve()'s refusal without its text, as cheap as maybe_reachable() and with the
+  /// same reservation; nothing when reachable.
+  std::optional<Reason> refusal_reason(const brdf::HalfDiff& direction) const;
+
+  bool closed_form() const;
 
  private:
-  RigDescription rig_;
-  BranchSet branches_;
-  bool closed_form_ = false;
+  struct State;
+  std::shared_ptr<const State> state_;  ///< immutable, so copies may share it
 };
 
 }  // namespace gonio::rig

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <chrono>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -30,9 +31,12 @@ struct Axis {
 struct ChainLink {
   std::size_t axis = 0;       ///< index into RigDescription::axes
   Eigen::Vector3d direction;  ///< unit, world frame, right-hand rule
-  Eigen::Vector3d point_mm;   ///< any point of the axis, world frame
-  double scale = 1.0;
+  Eigen::Vector3d point_mm;   ///< any point of the axis, world frame; unused by a slide
+  double scale = 1.0;         ///< not 0; -1 where the stage counts the other way round
   Angle offset;               ///< turns by scale * joint + offset
+  /// Not 0: a slide along `direction`, driven by a screw of this lead; it travels by
+  /// lead_mm_per_turn for every turn of scale * joint + offset.
+  double lead_mm_per_turn = 0.0;
 };
 
 /// Product of exponentials, base to tip: T(q) = exp(xi_1 q_1) ... exp(xi_n q_n) * home_pose.
@@ -52,19 +56,34 @@ struct KeepOut {
   std::vector<Range> ranges;
 };
 
+/// What the sample's size and the camera's field allow. A length or angle of 0 is not checked.
+struct FootprintLimits {
+  double sample_half_width_mm = 0.0;  ///< flat sample, measured from its origin
+  double edge_margin_mm = 0.0;        ///< rim that is not used: holder, defocus
+  /// A spot of this half width across the line of sight is averaged into one value; slanted, it
+  /// covers spot / cos theta_o of the sample and has to stay on it.
+  double spot_half_width_mm = 0.0;
+  /// The usable sample, foreshortened by cos theta_o, has to stay this large for the camera.
+  double min_projected_half_width_mm = 0.0;
+  /// The usable sample has to lie within this angle of the optical axis, seen from the camera.
+  Angle camera_half_field;
+};
+
 /// What the rig can measure besides its axis limits; inclusive with a tolerance of 1e-9 rad.
 struct MeasurementLimits {
   Angle theta_i_max = Angle::from_degrees(80.01);
   Angle theta_o_max = Angle::from_degrees(80.01);
   Angle theta_d_min = Angle::from_degrees(3.75);  ///< the lamp head enters the camera's cone below
+  FootprintLimits footprint;
 };
 
 /// A goniometer: named axes and three chains that share them.
 ///
-/// Frames   World: the rig's own (LA-2: z = common vertical axis, x towards the camera). Camera tip:
+/// Frames   World: the rig's own (LA-2: z = common vertical axis, x towards the camera). Camera
+/// tip:
 ///          z forward along the optical axis, x right, y down in the image. Lamp tip: origin at the
-///          source, z towards the sample. Sample tip: z = surface normal, x = sample mark, origin in
-///          the surface.
+///          source, z towards the sample. Sample tip: z = surface normal, x = sample mark, origin
+///          in the surface.
 struct RigDescription {
   std::string name;
   std::vector<Axis> axes;
@@ -76,14 +95,19 @@ struct RigDescription {
   std::vector<KeepOut> keep_outs;
   bool simultaneous_axes = true;  ///< false: one axis moves at a time (a single slow bus)
 
-  /// Throws std::invalid_argument naming the field: no axis, duplicate names, min > max, speed or
-  /// acceleration not positive, direction not unit, link to a missing axis, home outside limits.
+  /// Throws std::invalid_argument naming the field ("axes[1].min: ..."): no axis, duplicate names,
+  /// min > max, speed or acceleration not positive, direction not unit, link or keep-out to a
+  /// missing axis, home outside limits, a home pose that is no rotation, anything not finite.
   void validate() const;
+
+  /// Joint angles after homing.
+  Joints home() const;
 };
 
 /// The reference rig: fixed camera on +x, lamp arm and azimuth coaxial on the vertical axis, tilt
 /// inside. Joint angles are theta's alpha, beta, gamma; axes "lamp_arm", "azimuth", "tilt" with
-/// limits [7.5, 165], [-85, 85], [-5, 70] deg.
+/// limits [7.5, 165], [-85, 85], [-5, 70] deg, at most 20, 20, 10 deg/s and 30, 40, 20 deg/s^2,
+/// settling in 0.3 s, homed at 90, 0, 0 deg. Distances are from the axes' common point.
 RigDescription la2(double camera_distance_mm = 350.0, double lamp_distance_mm = 500.0);
 
 }  // namespace gonio::rig

@@ -1,6 +1,8 @@
 #pragma once
 
-#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "gonio/rig/kinematics.h"
@@ -8,30 +10,51 @@
 namespace gonio::rig {
 
 /// Time of a rest-to-rest move between two sets of joints with trapezoid speed per axis, settling
-/// included (settle of axes that moved), approach overshoot included.
-/// Axes travel together unless the rig says otherwise.
+/// included (settle of axes that moved), approach overshoot included: a falling move by d takes
+/// T(d + o) + T(o). Axes travel together unless the rig says otherwise; then one after another in
+/// the rig's order, each settling before the next starts.
+///
+/// Threads  const, may be shared.
 class TravelModel {
  public:
+  /// Throws std::invalid_argument for an invalid rig.
   explicit TravelModel(const RigDescription& rig);
+
+  const RigDescription& rig() const { return rig_; }
+
+  /// The direct move, whether or not keep-outs are in its way.
   double seconds(const Joints& from, const Joints& to) const;
+
   /// One axis alone, without settling.
   double axis_seconds(std::size_t axis, Angle from, Angle to) const;
 
+  /// The move as it has to be made: direct, or with stops on the way around keep-outs.
+  struct Route {
+    std::vector<Joints> via;  ///< usually empty; the target is not listed
+    double seconds = 0.0;
+  };
+  /// Nothing when no clear way is known (way_around()).
+  std::optional<Route> route(const Joints& from, const Joints& to) const;
+
  private:
-  std::vector<Axis> axes_;
-  bool simultaneous_;
+  RigDescription rig_;
 };
+
+/// Rest-to-rest time over a distance (either sign) at limited speed and acceleration; any unit of
+/// length. 0 for no distance.
+double rest_to_rest_seconds(double distance, double max_speed, double acceleration);
 
 /// A stop of a tour: one of `alternatives` has to be visited.
 struct TourStop {
   std::vector<PoseSolution> alternatives;
-  double dwell_s = 0.0;
+  double dwell_s = 0.0;  ///< spent there; the same for every order, so not part of the travel
 };
 
 struct TourVisit {
   std::size_t stop;         ///< index into the stops given
   std::size_t alternative;  ///< which of its poses
   double travel_s;          ///< from the pose before
+  std::vector<Joints> via;  ///< stops to make on the way, around keep-outs; usually empty
 };
 
 /// A visiting order, from the given start, open at the end.
@@ -40,11 +63,18 @@ struct Tour {
   double travel_s = 0.0;
   double lower_bound_s = 0.0;  ///< equals travel_s when exact
   bool exact = false;
+  /// Stops left out because keep-outs bar the way to all their poses (Reason::PathBlocked).
+  std::vector<std::size_t> blocked;
 };
 
 /// Shortest open tour over sets of alternatives: exact (Held-Karp) for up to 15 stops, otherwise
 /// local search (2-opt, Or-opt, branch choice by shortest path, double-bridge kicks) with a
 /// Held-Karp-ascent lower bound. Deterministic for a seed; work is bounded by iterations.
+///
+/// Cost     15 stops with 2 poses: some 10 ms; 200 stops about 2 s, 1000 stops about 10 s.
+/// Throws   std::invalid_argument for a stop without alternatives.
+/// Source   Held and Karp, "The Traveling-Salesman Problem and Minimum Spanning Trees", Operations
+///          Research 18, 1970 (bound) and J. SIAM 10, 1962 (exact).
 Tour shortest_tour(const TravelModel& travel, const Joints& start,
                    const std::vector<TourStop>& stops, std::uint64_t seed = 1);
 

@@ -1,0 +1,15 @@
+#include "tour_methods.h"
+
+namespace gonio::rig {
+
+Tour shortest_tour(const TravelModel& travel, const Joints& start,
+                   const std::vector<TourStop>& stops, std::uint64_t seed) {
+  const TourProblem problem(travel, start, stops);
+  const bool exact = exact_is_affordable(problem);
+  Tour tour = problem.tour_of(exact ? exact_tour(problem) : searched_tour(problem, seed));
+  tour.exact = exact;
+  tour.lower_bound_s = exact ? tour.travel_s : tour_lower_bound(problem, tour.travel_s);
+  return tour;
+}
+
+}  // namespace gonio::rig

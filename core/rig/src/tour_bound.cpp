@@ -1,0 +1,112 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "tour_methods.h"
+
+namespace gonio::rig {
+namespace {
+
+// About 0.3 s of Prim's algorithm, whatever the number of stops.
+constexpr double kEdgeVisits = 3e8;
+constexpr int kMinRounds = 60;
+constexpr int kMaxRounds = 3000;
+constexpr double kFirstStep = 2.0;  // Polyak's factor
+constexpr double kLastStep = 1e-4;
+
+/// Least costs between the start (0) and the stops (1..n), as a full matrix.
+std::vector<double> distances_of(const TourProblem& problem) {
+  const int size = problem.stop_count() + 1;
+  std::vector<double> distances(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
+  for (int i = 0; i < size; ++i) {
+    for (int j = i + 1; j < size; ++j) {
+      const double d = problem.least_cost(i - 1, j - 1);
+      distances[static_cast<std::size_t>(i) * size + j] = d;
+      distances[static_cast<std::size_t>(j) * size + i] = d;
+    }
+  }
+  return distances;
+}
+
+struct OneTree {
+  double cost = 0.0;
+  std::vector<int> degrees;
+};
+
+/// Least tree over start and stops, closed through an extra node that stands between the open end
+/// and the start: the start has one more edge, and so has the stop with the least penalty.
+OneTree one_tree(const std::vector<double>& distances, const std::vector<double>& penalties) {
+  const std::size_t size = penalties.size();
+  OneTree tree{0.0, std::vector<int>(size, 0)};
+  std::vector<double> nearest(size, std::numeric_limits<double>::infinity());
+  std::vector<std::size_t> parent(size, 0);
+  std::vector<char> done(size, 0);
+  std::size_t at = 0;
+  for (std::size_t added = 1; added < size; ++added) {
+    done[at] = 1;
+    const double* row = &distances[at * size];
+    std::size_t next = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t k = 1; k < size; ++k) {
+      if (done[k]) continue;
+      const double d = row[k] + penalties[at] + penalties[k];
+      if (d < nearest[k]) {
+        nearest[k] = d;
+        parent[k] = at;
+      }
+      if (nearest[k] < least) {
+        least = nearest[k];
+        next = k;
+      }
+    }
+    tree.cost += least;
+    ++tree.degrees[next];
+    ++tree.degrees[parent[next]];
+    at = next;
+  }
+  const auto end = std::min_element(penalties.begin() + 1, penalties.end());
+  tree.cost += penalties[0] + *end;
+  ++tree.degrees[0];
+  ++tree.degrees[static_cast<std::size_t>(end - penalties.begin())];
+  for (const double penalty : penalties) tree.cost -= 2.0 * penalty;
+  return tree;
+}
+
+}  // namespace
+
+double tour_lower_bound(const TourProblem& problem, double reachable_s) {
+  const auto size = static_cast<std::size_t>(problem.stop_count()) + 1;
+  if (size == 1) return 0.0;
+  const std::vector<double> distances = distances_of(problem);
+  const int rounds = static_cast<int>(std::clamp(kEdgeVisits / static_cast<double>(size * size),
+                                                 1.0 * kMinRounds, 1.0 * kMaxRounds));
+  std::vector<double> penalties(size, 0.0);
+  std::vector<double> last_excess(size, 0.0);
+  double best = 0.0;
+  double step = kFirstStep;
+  int stale = 0;
+  for (int round = 0; round < rounds && step > kLastStep; ++round) {
+    const OneTree tree = one_tree(distances, penalties);
+    if (tree.cost > best + 1e-6 * reachable_s) {
+      best = tree.cost;
+      stale = 0;
+    } else if (++stale > std::max(5, rounds / 40)) {
+      step *= 0.7;
+      stale = 0;
+    }
+    best = std::max(best, tree.cost);
+    double squares = 0.0;
+    for (std::size_t k = 0; k < size; ++k) squares += std::pow(tree.degrees[k] - 2.0, 2);
+    if (squares == 0.0) break;  // the tree is a tour: the bound is met
+    const double length = step * std::max(reachable_s - tree.cost, 0.0) / squares;
+    for (std::size_t k = 0; k < size; ++k) {
+      // Part of the last direction damps the zigzag between neighbouring trees.
+      const double excess = tree.degrees[k] - 2.0;
+      penalties[k] += length * (0.7 * excess + 0.3 * last_excess[k]);
+      last_excess[k] = excess;
+    }
+  }
+  return std::min(best, reachable_s);
+}
+
+}  // namespace gonio::rig

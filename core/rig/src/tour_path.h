@@ -1,0 +1,56 @@
+#pragma once
+
+#include <vector>
+
+#include "tour_problem.h"
+
+namespace gonio::rig {
+
+/// An open tour under change: nodes by position, with what is needed to price a change at once.
+///
+/// Position 0 is the start, 1..n the stops; behind the last there is nothing, at no cost. Costs of
+/// running the tour forwards and backwards are kept summed up, so that turning a piece round is
+/// priced in constant time although a way and its way back differ.
+class TourPath {
+ public:
+  TourPath(const TourProblem& problem, const std::vector<int>& nodes);
+
+  int size() const { return static_cast<int>(nodes_.size()) - 1; }
+  int node(int position) const { return nodes_[static_cast<std::size_t>(position)]; }
+  int position(int stop) const { return positions_[static_cast<std::size_t>(stop)]; }
+  double cost() const { return forward_.back(); }
+  /// Nodes without the start.
+  std::vector<int> nodes() const { return {nodes_.begin() + 1, nodes_.end()}; }
+
+  /// Cost from the node at a position to some node; to anything behind the end it is 0.
+  double edge(int from_node, int to_position) const {
+    return to_position > size() ? 0.0 : problem_->cost(from_node, node(to_position));
+  }
+  /// Cost of the step from a position to the next.
+  double step(int position) const { return edge(node(position), position + 1); }
+
+  /// Change of cost by turning round the piece [first, last].
+  double reversal_gain(int first, int last) const;
+  void reverse(int first, int last);
+
+  /// Change of cost by taking out the piece [first, last] and putting it behind position `after`
+  /// (outside the piece), turned round or not.
+  double move_gain(int first, int last, int after, bool turned) const;
+  void move(int first, int last, int after, bool turned);
+
+  /// Change of cost by another pose of the stop at a position.
+  double pose_gain(int position, int other_node) const;
+  void set_pose(int position, int other_node);
+
+ private:
+  double turned_minus_straight(int first, int last) const;
+  void refresh(int first, int last);
+
+  const TourProblem* problem_;  // not owned; a pointer so that paths can be assigned
+  std::vector<int> nodes_;
+  std::vector<int> positions_;
+  std::vector<double> forward_;   // cost of positions 0..k
+  std::vector<double> backward_;  // the same run from k to 0
+};
+
+}  // namespace gonio::rig
