@@ -56,8 +56,6 @@ void add_ceramics(std::vector<BuiltinMaterial>& list) {
        .depth = {0.06, 0.04, 0.01},
        .gloss = {{0.80, 0.027}},
        .haze = {0.15, 60.0, 1.3}});
-  add("limestone-honed", "limestone, honed",
-      {.surface = d::calcite(), .base = {0.62, 0.56, 0.45}, .sigma = 0.6, .gloss = {{0.55, 0.44}}});
 }
 
 }  // namespace gonio::brdf::recipes

@@ -96,20 +96,6 @@ void add_fabrics(std::vector<BuiltinMaterial>& list) {
        .volume = {0.02, 0.04, 0.10},
        .asymmetry = 0.4,
        .gloss = {{0.50, 0.15}, {0.42, 0.32}}});
-  add("violet-viscose", "violet viscose lining",
-      {.fibre = d::viscose(),
-       .diffuse = {0.205, 0.065, 0.245},
-       .sigma = 0.4,
-       .volume = {0.06, 0.03, 0.07},
-       .asymmetry = 0.3,
-       .gloss = {{0.70, 0.35}}});
-  add("yellow-cotton", "yellow cotton drill",
-      {.fibre = d::cotton(),
-       .diffuse = {0.64, 0.44, 0.060},
-       .sigma = 0.6,
-       .volume = {0.14, 0.10, 0.02},
-       .asymmetry = 0.0,
-       .gloss = {{0.30, 0.48}}});
   add("black-sateen", "black polyester sateen",
       {.fibre = d::polyester(),
        .diffuse = {0.016, 0.015, 0.018},

@@ -73,13 +73,6 @@ void add_metallic_paints(std::vector<BuiltinMaterial>& list) {
        .flakes = {{0.30, 0.26}},
        .tint = {0.52, 0.18, 0.62},
        .base = {0.085, 0.018, 0.115}});
-  add("champagne-metallic", "champagne metallic car paint",
-      {.coat = d::polyurethane(),
-       .surface = {{0.90, 0.021}, {0.05, 0.10}},
-       .flake = oc::electrum(),
-       .flakes = {{0.32, 0.18}, {0.34, 0.40}},
-       .tint = {0.86, 0.84, 0.80},
-       .base = {0.42, 0.36, 0.26}});
   add("radiator-aluminium", "heat-proof aluminium paint, leafing",
       {.coat = d::alkyd(),
        .surface = {{0.25, 0.30}},

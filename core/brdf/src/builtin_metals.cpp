@@ -59,13 +59,10 @@ void add_metals(std::vector<BuiltinMaterial>& list) {
       {.metal = oc::titanium(), .gloss = {{0.52, 0.29}, {0.42, 0.48}}});
   add("tungsten-lapped", "tungsten, lapped",
       {.metal = oc::tungsten(), .gloss = {{0.70, 0.088}}, .haze = {0.26, 40.0, 1.4}});
-  add("cobalt-alloy-machined", "cobalt alloy, turned",
-      {.metal = oc::cobalt(), .gloss = {{0.48, 0.15}, {0.46, 0.24}}});
 
-  // An exponential core on a power tail, as fitted to measured metals; f0 is the published
-  // reflectance at normal incidence.
-  const oc::Published platinum = oc::platinum();
-  metal.add("platinum-satin", "platinum, satin, shifted-gamma lobe", platinum,
+  oc::Published platinum = oc::platinum();
+  platinum.source += "; lobe after Bagher et al., EGSR 2012";
+  metal.add("platinum-satin", "platinum, satin", platinum,
             Fitted{.diffuse = {0.012, 0.011, 0.010},
                    .lobe = {.rho = {0.66, 0.66, 0.66},
                             .alpha = {0.150, 0.143, 0.138},

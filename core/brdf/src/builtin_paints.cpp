@@ -56,24 +56,15 @@ void add_paints(std::vector<BuiltinMaterial>& list) {
        .base = {0.33, 0.52, 0.72},
        .gloss = {{0.60, 0.075}},
        .haze = {0.30, 90.0, 1.25}});
-  add("purple-satin", "violet acrylic, satin",
-      {.surface = d::acrylic_binder(),
-       .base = {0.235, 0.075, 0.315},
-       .gloss = {{0.65, 0.20}, {0.25, 0.38}}});
   add("chalk-pink", "pink limewash",
       {.surface = d::acrylic_binder(),
        .base = {0.81, 0.55, 0.53},
        .sigma = 0.8,
        .gloss = {{0.40, 0.66}}});
-  add("olive-drab", "olive camouflage paint, low gloss",
-      {.surface = d::polyurethane(),
-       .base = {0.115, 0.118, 0.052},
-       .sigma = 0.5,
-       .gloss = {{0.85, 0.50}}});
 
-  // Two after the shape of fits to measured paints: an exponential core on a power tail.
-  const auto published = d::acrylic_binder();
-  paint.add("turquoise-latex", "turquoise latex, semi-gloss", published,
+  Published binder = d::acrylic_binder();
+  binder.source += "; lobe after Bagher et al., EGSR 2012";
+  paint.add("turquoise-latex", "turquoise latex, semi-gloss", binder,
             Fitted{.diffuse = {0.10, 0.42, 0.45},
                    .sigma = 0.1,
                    .lobe = {.rho = {0.60, 0.62, 0.64},
@@ -84,18 +75,6 @@ void add_paints(std::vector<BuiltinMaterial>& list) {
                             .lambda = {1.0, 1.0, 1.0},
                             .c_g = {0.045, 0.045, 0.045},
                             .k_g = {6.0, 6.0, 6.0},
-                            .theta0 = Rgb::Zero()}});
-  paint.add("mustard-latex", "mustard latex, low sheen", published,
-            Fitted{.diffuse = {0.60, 0.39, 0.075},
-                   .sigma = 0.25,
-                   .lobe = {.rho = {0.55, 0.55, 0.57},
-                            .alpha = {0.29, 0.28, 0.27},
-                            .p = {0.70, 0.70, 0.68},
-                            .f0 = {0.038, 0.039, 0.040},
-                            .f1 = Rgb::Zero(),
-                            .lambda = {1.0, 1.0, 1.0},
-                            .c_g = {0.040, 0.040, 0.040},
-                            .k_g = {6.2, 6.2, 6.2},
                             .theta0 = Rgb::Zero()}});
 }
 

@@ -30,19 +30,12 @@ void add_papers(std::vector<BuiltinMaterial>& list) {
                   .asymmetry = 0.0,
                   .backscatter = {0.03, 0.008, 0.008},
                   .backscatter_width = 0.3});
-  paper.add("newsprint", "grey newsprint", fibre,
-            Cloth{.fibre = fibre,
-                  .diffuse = {0.485, 0.46, 0.405},
-                  .sigma = 0.55,
-                  .volume = {0.11, 0.10, 0.09},
-                  .asymmetry = 0.2,
-                  .gloss = {{0.35, 0.46}}});
   const Published coating = d::acrylic_binder();
-  paper.add("art-paper-coated", "coated art paper, silk", coating,
+  paper.add("art-paper-coated", "coated art paper, cream, silk", coating,
             Opaque{.surface = coating,
-                   .base = {0.87, 0.87, 0.86},
+                   .base = {0.88, 0.85, 0.77},
                    .sigma = 0.1,
-                   .gloss = {{0.62, 0.165}, {0.30, 0.35}}});
+                   .gloss = {{0.50, 0.105}, {0.34, 0.33}}});
   paper.add("photo-paper-gloss", "photographic paper, printed blue-green", coating,
             Opaque{.surface = coating,
                    .base = {0.125, 0.36, 0.41},

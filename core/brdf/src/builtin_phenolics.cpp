@@ -35,11 +35,6 @@ void add_phenolics(std::vector<BuiltinMaterial>& list) {
       {.surface = d::phenolic(),
        .base = {0.024, 0.052, 0.225},
        .gloss = {{0.85, 0.025}, {0.09, 0.16}}});
-  add("phenolic-brown-laminate", "paper laminate board, matte",
-      {.surface = d::phenolic(),
-       .base = {0.225, 0.102, 0.042},
-       .sigma = 0.3,
-       .gloss = {{0.50, 0.22}, {0.42, 0.42}}});
   add("phenolic-maroon", "maroon billiard ball, waxed",
       {.surface = d::phenolic(),
        .base = {0.135, 0.022, 0.026},

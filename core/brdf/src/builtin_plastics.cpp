@@ -10,12 +10,13 @@ void add_plastics(std::vector<BuiltinMaterial>& list) {
     plastic.add(name, description, recipe.surface, recipe);
   };
 
-  add("white-acetal", "white acetal, machined",
-      {.surface = d::acetal(), .base = {0.86, 0.87, 0.86}, .gloss = {{0.45, 0.13}, {0.45, 0.28}}});
   add("grey-abs", "grey ABS, fine texture",
       {.surface = d::abs(), .base = {0.245, 0.250, 0.262}, .gloss = {{0.55, 0.21}, {0.38, 0.36}}});
-  add("black-abs-textured", "black ABS, coarse leather texture",
-      {.surface = d::abs(), .base = {0.028, 0.029, 0.031}, .sigma = 0.2, .gloss = {{0.88, 0.40}}});
+  add("black-abs-textured", "black ABS, leather texture",
+      {.surface = d::abs(),
+       .base = {0.020, 0.021, 0.024},
+       .sigma = 0.2,
+       .gloss = {{0.70, 0.26}, {0.20, 0.44}}});
   add("red-pmma", "red acrylic sheet",
       {.surface = d::pmma(), .base = {0.52, 0.030, 0.035}, .gloss = {{0.90, 0.012}, {0.06, 0.09}}});
   add("blue-pmma", "blue acrylic sheet, scratched",
@@ -31,11 +32,6 @@ void add_plastics(std::vector<BuiltinMaterial>& list) {
        .gloss = {{0.76, 0.042}, {0.20, 0.15}}});
   add("yellow-abs", "yellow ABS brick",
       {.surface = d::abs(), .base = {0.83, 0.55, 0.030}, .gloss = {{0.80, 0.030}, {0.15, 0.19}}});
-  add("maroon-polypropylene", "dark red polypropylene, matte",
-      {.surface = d::polypropylene(),
-       .base = {0.165, 0.028, 0.036},
-       .sigma = 0.15,
-       .gloss = {{0.60, 0.30}, {0.32, 0.49}}});
   add("natural-polyethylene", "uncoloured polyethylene, waxy",
       {.surface = d::polyethylene(),
        .base = {0.70, 0.72, 0.71},
@@ -60,11 +56,6 @@ void add_plastics(std::vector<BuiltinMaterial>& list) {
       {.surface = d::polycarbonate(),
        .base = {0.215, 0.062, 0.36},
        .gloss = {{0.55, 0.085}, {0.40, 0.22}}});
-  add("natural-nylon", "cream cast nylon, sawn and sanded",
-      {.surface = d::nylon(),
-       .base = {0.74, 0.69, 0.56},
-       .sigma = 0.4,
-       .gloss = {{0.50, 0.34}, {0.40, 0.55}}});
   add("teal-melamine", "blue-green melamine tableware",
       {.surface = d::melamine(),
        .base = {0.055, 0.285, 0.31},

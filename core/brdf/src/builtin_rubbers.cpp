@@ -28,13 +28,6 @@ void add_rubbers(std::vector<BuiltinMaterial>& list) {
        .gloss = {{0.62, 0.18}, {0.30, 0.37}}});
   add("epdm-blue", "blue EPDM granulate, worn",
       {.surface = d::epdm(), .base = {0.090, 0.185, 0.345}, .sigma = 0.7, .gloss = {{0.75, 0.56}}});
-  add("nitrile-green", "green nitrile glove",
-      {.surface = d::nitrile(),
-       .base = {0.195, 0.445, 0.30},
-       .sigma = 0.25,
-       .gloss = {{0.40, 0.24}, {0.50, 0.43}}});
-  add("eraser-white", "white vinyl eraser",
-      {.surface = d::pvc(), .base = {0.89, 0.88, 0.84}, .sigma = 0.3, .gloss = {{0.80, 0.40}}});
   add("tyre-black", "tyre sidewall, dusty",
       {.surface = d::natural_rubber(),
        .base = {0.060, 0.056, 0.050},

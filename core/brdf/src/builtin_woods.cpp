@@ -45,11 +45,6 @@ void add_woods(std::vector<BuiltinMaterial>& list) {
        .sigma = 0.3,
        .gloss = {{0.66, 0.092}},
        .haze = {0.27, 45.0, 1.5}});
-  add("birch-raw", "birch plywood, sanded",
-      {.surface = d::cellulose(),
-       .base = {0.71, 0.61, 0.45},
-       .sigma = 0.6,
-       .gloss = {{0.40, 0.52}}});
   add("teak-oiled", "teak, oiled and weathered",
       {.surface = d::linseed_oil(),
        .base = {0.33, 0.205, 0.108},

@@ -33,8 +33,6 @@ inline Published abs() { return transparent(1.54, 36.0, kPolymerHandbook); }
 inline Published polyethylene() { return transparent(1.51, 47.0, kPolymerHandbook); }
 inline Published polypropylene() { return transparent(1.49, 50.0, kPolymerHandbook); }
 inline Published pvc() { return transparent(1.54, 42.0, kPolymerHandbook); }
-inline Published nylon() { return transparent(1.53, 45.0, kPolymerHandbook); }
-inline Published acetal() { return transparent(1.48, 52.0, kPolymerHandbook); }
 inline Published ptfe() { return transparent(1.35, 65.0, kPolymerHandbook); }
 inline Published melamine() { return transparent(1.60, 32.0, kPolymerHandbook); }
 inline Published phenolic() { return transparent(1.63, 28.0, kPolymerHandbook); }
@@ -42,7 +40,6 @@ inline Published natural_rubber() { return transparent(1.519, 44.0, kPolymerHand
 inline Published neoprene() { return transparent(1.558, 38.0, kPolymerHandbook); }
 inline Published silicone() { return transparent(1.41, 54.0, kPolymerHandbook); }
 inline Published epdm() { return transparent(1.48, 48.0, kPolymerHandbook); }
-inline Published nitrile() { return transparent(1.52, 42.0, kPolymerHandbook); }
 
 // Glass, ceramics and stone
 inline Published soda_lime() {
@@ -70,7 +67,6 @@ inline Published wool() { return transparent(1.55, 40.0, kFibres); }
 inline Published silk() { return transparent(1.56, 40.0, kFibres); }
 inline Published polyester() { return transparent(1.63, 30.0, kFibres); }
 inline Published nylon_fibre() { return transparent(1.55, 42.0, kFibres); }
-inline Published viscose() { return transparent(1.53, 45.0, kFibres); }
 inline Published cellulose() { return transparent(1.54, 45.0, kFibres); }
 
 }  // namespace gonio::brdf::dielectrics

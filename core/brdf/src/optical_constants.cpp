@@ -30,9 +30,6 @@ Published iron() {
 Published titanium() {
   return {{rgb(2.698, 2.479, 2.305), rgb(3.757, 3.351, 3.082)}, kTransitionMetals};
 }
-Published cobalt() {
-  return {{rgb(2.209, 2.001, 1.789), rgb(4.160, 3.735, 3.371)}, kTransitionMetals};
-}
 Published tungsten() {
   return {{rgb(3.618, 3.497, 3.325), rgb(2.911, 2.719, 2.574)},
           "n, k: Weaver, Olson, Lynch, Phys. Rev. B 12, 1293 (1975)"};

@@ -21,7 +21,6 @@ Published nickel();
 Published chromium();
 Published iron();
 Published titanium();
-Published cobalt();
 Published tungsten();
 Published platinum();
 Published stainless_steel();
