@@ -1,10 +1,14 @@
 #include "radiance.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
 #include "gonio/brdf/diffuse_models.h"
+#include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
 
 namespace gonio::sim {
@@ -193,6 +197,12 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
       if (light.irradiance <= 0.0) continue;
       const brdf::Rgb radiance =
           material->evaluate(brdf::DirectionPair{light.wi, -ray}) * light.irradiance;
+      if (!(radiance >= 0.0).all() || !radiance.isFinite().all()) {
+        throw NumericalError(fmt::format(
+            "simulated material: found a radiance of {}, {}, {} at ({:.3f}, {:.3f}) mm, expected "
+            "zero or more",
+            radiance[0], radiance[1], radiance[2], point.x(), point.y()));
+      }
       for (int band = 0; band < 3; ++band) {
         image->planes[band][pixel] = static_cast<float>(radiance[band]);
       }
