@@ -2,7 +2,6 @@
 
 #include <cblas.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -65,41 +64,41 @@ Change dropping(Criterion criterion, const Eigen::VectorXd& row, const Eigen::Ma
 CandidateField::CandidateField(const basis::RowMajorMatrixXf& rows,
                                const Eigen::MatrixXd& importance, Criterion criterion, double eta)
     : rows_(rows),
+      importance_(importance.cast<float>()),
       criterion_(criterion),
       eta_(eta),
       second_order_(criterion == Criterion::xu_squared),
-      start_(2 * size()),
       figures_((second_order_ ? 4 : 2) * size()),
       gains_(size(), kNone),
       block_best_((size() + kBlock - 1) / kBlock) {
-  // q.K q = |q E sqrt(D)|^2 with K = E D E^T: a product with one matrix instead of two.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(importance);
-  const basis::RowMajorMatrixXf root =
-      (eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal())
-          .cast<float>();
+  reset(Eigen::MatrixXd::Identity(rows.cols(), rows.cols()));
+}
+
+void CandidateField::reset(const Eigen::MatrixXd& open) {
+  const basis::RowMajorMatrixXf open_float = open.cast<float>();
   const auto k = static_cast<std::size_t>(rows_.cols());
   parallel::for_each_block(0, size(), kBlock, [&](std::size_t from, std::size_t to) {
     const auto count = static_cast<Eigen::Index>(to - from);
-    basis::RowMajorMatrixXf product(count, root.cols());
-    multiply(rows_.data() + from * k, to - from, k, root, product.data());
+    const auto times = [&](const float* left, const basis::RowMajorMatrixXf& right) {
+      basis::RowMajorMatrixXf product(count, right.cols());
+      multiply(left, to - from, k, right, product.data());
+      return product;
+    };
+    const basis::RowMajorMatrixXf b = times(rows_.data() + from * k, open_float);
+    const basis::RowMajorMatrixXf importance_b = times(b.data(), importance_);
+    basis::RowMajorMatrixXf open_b;
+    if (second_order_) open_b = times(b.data(), open_float);
     for (Eigen::Index i = 0; i < count; ++i) {
-      const std::size_t at = 2 * (from + static_cast<std::size_t>(i));
-      start_[at] = rows_.row(static_cast<Eigen::Index>(from) + i).squaredNorm();
-      start_[at + 1] = product.row(i).squaredNorm();
+      const Eigen::Index row = static_cast<Eigen::Index>(from) + i;
+      double* kept = figures_.data() + static_cast<std::size_t>(row) * (second_order_ ? 4 : 2);
+      kept[0] = rows_.row(row).dot(b.row(i));
+      kept[1] = b.row(i).dot(importance_b.row(i));
+      if (second_order_) {
+        kept[2] = b.row(i).squaredNorm();
+        kept[3] = open_b.row(i).dot(importance_b.row(i));
+      }
     }
   });
-  reset();
-}
-
-void CandidateField::reset() {
-  if (!second_order_) {
-    figures_ = start_;
-    return;
-  }
-  for (std::size_t i = 0; i < size(); ++i) {
-    figures_[4 * i] = figures_[4 * i + 2] = start_[2 * i];
-    figures_[4 * i + 1] = figures_[4 * i + 3] = start_[2 * i + 1];
-  }
 }
 
 CandidateField::Figures CandidateField::after(const Figures& at, const Change& change,

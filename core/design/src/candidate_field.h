@@ -28,9 +28,10 @@ Change dropping(Criterion criterion, const Eigen::VectorXd& row, const Eigen::Ma
 ///
 /// With b = M q for a candidate's row q: v = q.b, w = b.K b, and for xu_squared also
 /// s = b.b, z = b.M K b. A rank-one change of M updates them from a few products of q with fixed
-/// vectors, so a trial costs one pass over the rows: memory bandwidth, not arithmetic.
+/// vectors, so a trial costs one pass over the rows: memory bandwidth, not arithmetic. Updates work
+/// with single-precision products; where many of them cancel, reset() starts afresh.
 ///
-/// State    M = I after construction and reset().
+/// State    M = I after construction.
 /// Threads  Uses all inside; calls come from one.
 class CandidateField {
  public:
@@ -40,7 +41,8 @@ class CandidateField {
 
   std::size_t size() const { return static_cast<std::size_t>(rows_.rows()); }
 
-  void reset();
+  /// Works everything out from scratch for an M: two products of k x k per candidate.
+  void reset(const Eigen::MatrixXd& open);
 
   /// Takes over `changes` in order, then works out every allowed candidate's gain under M and, if
   /// given, one further change that is not kept. `allowed`: one byte per candidate.
@@ -65,10 +67,10 @@ class CandidateField {
   void find_block_best(std::size_t block);
 
   const basis::RowMajorMatrixXf& rows_;
+  basis::RowMajorMatrixXf importance_;
   Criterion criterion_;
   double eta_;
   bool second_order_;            ///< s and z are kept
-  std::vector<double> start_;    ///< v, w at M = I
   std::vector<double> figures_;  ///< v, w (, s, z) per candidate
   std::vector<float> gains_;
   std::vector<std::size_t> block_best_;

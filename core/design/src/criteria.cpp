@@ -1,12 +1,16 @@
 #include "gonio/design/criteria.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <vector>
+
+#include "gonio/errors/errors.h"
 
 namespace gonio::design {
 namespace {
@@ -100,6 +104,39 @@ double xu_metric_rms(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singula
       (singular_values.head(k).asDiagonal() * open_share(rows, eta)).squaredNorm() +
       singular_values.tail(singular_values.size() - k).squaredNorm();
   return std::sqrt(square / row_count);
+}
+
+Eigen::MatrixXd training_left_vectors(const Eigen::MatrixXd& gram,
+                                      std::span<const std::size_t> materials, int component_count) {
+  std::vector<Eigen::Index> rows;
+  for (const std::size_t material : materials) {
+    for (Eigen::Index channel = 0; channel < 3; ++channel) {
+      rows.push_back(3 * static_cast<Eigen::Index>(material) + channel);
+      if (rows.back() >= gram.rows()) {
+        throw std::invalid_argument("design: the Gram matrix has no material " +
+                                    std::to_string(material));
+      }
+    }
+  }
+  const auto m = static_cast<Eigen::Index>(rows.size());
+  if (component_count < 1 || component_count >= m) {
+    throw std::invalid_argument("design: " + std::to_string(component_count) + " components of " +
+                                std::to_string(m) + " training rows");
+  }
+  const Eigen::MatrixXd centring = Eigen::MatrixXd::Identity(m, m) -
+                                   Eigen::MatrixXd::Constant(m, m, 1.0 / static_cast<double>(m));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(centring * gram(rows, rows) *
+                                                              centring);
+  if (solver.info() != Eigen::Success) {
+    throw NumericalError("design: the eigenvalues of the Gram matrix did not converge");
+  }
+  Eigen::MatrixXd left = solver.eigenvectors().rightCols(component_count).rowwise().reverse();
+  for (Eigen::Index j = 0; j < left.cols(); ++j) {
+    Eigen::Index largest = 0;
+    left.col(j).cwiseAbs().maxCoeff(&largest);
+    if (left(largest, j) < 0.0) left.col(j) *= -1.0;
+  }
+  return left;
 }
 
 DesignFigures assess(const basis::Basis& basis, const Eigen::MatrixXd& rows,

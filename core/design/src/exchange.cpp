@@ -16,6 +16,8 @@ namespace {
 
 // A swap must lower the criterion by more than single precision can imagine.
 constexpr double kLeastImprovement = 1e-6;
+// Updates of the candidates' figures before rounding makes them worth working out afresh.
+constexpr int kExchangesPerReset = 8;
 // How the time splits between the starts and the polishing, for the progress shown.
 constexpr double kStartShare = 0.4;
 constexpr double kUsualSweeps = 5.0;
@@ -54,7 +56,7 @@ class Pool {
   Trial greedy() {
     Trial trial;
     std::vector<Change> added;
-    field_.reset();
+    field_.reset(Eigen::MatrixXd::Identity(rows_.cols(), rows_.cols()));
     while (trial.members.size() < static_cast<std::size_t>(options_.sample_count)) {
       field_.scan(added, nullptr, allowed_);
       const std::size_t next = pick(trial.members, size());
@@ -63,32 +65,20 @@ class Pool {
                       open_share(rows_of(trial.members), options_.eta), importance_, options_.eta)};
       trial.members.push_back(next);
     }
-    field_.scan(added, nullptr, allowed_);
     trial.value = value_of(trial.members);
     return trial;
   }
 
-  /// Brings the field to a set of members, in one pass.
-  void enter(const std::vector<std::size_t>& members) {
-    field_.reset();
-    std::vector<Change> added;
-    for (std::size_t i = 0; i < members.size(); ++i) {
-      const std::vector<std::size_t> before(members.begin(),
-                                            members.begin() + static_cast<std::ptrdiff_t>(i));
-      added.push_back(adding(options_.criterion, row(members[i]),
-                             open_share(rows_of(before), options_.eta), importance_, options_.eta));
-    }
-    field_.scan(added, nullptr, allowed_);
-  }
-
   /// Drops one after another and takes the best in its place until a whole round changes nothing.
-  /// The field stands at `trial`'s members. `tell(trials, value)` after each trial.
+  /// `tell(trials, value)` after each trial.
   template <typename Tell>
   void exchange(Trial& trial, const std::stop_token& stop, Tell&& tell) {
     const std::size_t n = trial.members.size();
     Eigen::MatrixXd open = open_share(rows_of(trial.members), options_.eta);
+    field_.reset(open);
     std::vector<Change> pending;
     std::size_t tried = 0;
+    int since_reset = 0;
     for (std::size_t at = 0, unchanged = 0; unchanged < n; at = (at + 1) % n) {
       if (stop.stop_requested()) {
         trial.finished = false;
@@ -113,6 +103,11 @@ class Pool {
           open = open_share(rows_of(trial.members), options_.eta);
           trial.value = value;
           ++trial.exchanges;
+          if (++since_reset == kExchangesPerReset) {
+            field_.reset(open);
+            pending.clear();
+            since_reset = 0;
+          }
         } else {
           trial.members[at] = old;
         }
@@ -263,7 +258,6 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
         }
         break;
       }
-      if (start > 0) pool.enter(trial.members);
       pool.exchange(trial, stop, [&](std::size_t trials, double value) {
         tell(kStartShare * (start + share_of(trials)) / options.starts, value);
       });
@@ -282,7 +276,6 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
       break;
     }
     if (!pool) pool.emplace(rows, std::vector<std::uint32_t>(), importance, options, gate);
-    pool->enter(trial.members);
     pool->exchange(trial, stop, [&](std::size_t trials, double value) {
       tell(kStartShare + (1.0 - kStartShare) * (i + share_of(trials)) / options.polished, value);
     });

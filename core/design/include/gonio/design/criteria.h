@@ -51,6 +51,15 @@ double xu_metric(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singular_va
 double xu_metric_rms(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singular_values,
                      int row_count, double eta);
 
+/// U for xu_metric(), from the Gram matrix of a training set (basis::centred_gram()): how much of
+/// each component every training row has. Columns and their signs go with basis::train()'s.
+///
+/// `materials`  Indices into the set, ascending, three rows each.
+/// Returns      3 * materials x component_count, orthonormal columns.
+/// Throws       std::invalid_argument for indices or counts out of range; NumericalError.
+Eigen::MatrixXd training_left_vectors(const Eigen::MatrixXd& gram,
+                                      std::span<const std::size_t> materials, int component_count);
+
 /// Everything that is quoted about a set of directions before anything is measured.
 struct DesignFigures {
   double condition_number = std::numeric_limits<double>::infinity();

@@ -1,0 +1,112 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "gonio/basis/reconstruct.h"
+#include "gonio/basis/training_set.h"
+#include "gonio/design/candidates.h"
+#include "gonio/design/exchange.h"
+#include "gonio/quality/metrics.h"
+#include "gonio/quality/synthetic_samples.h"
+
+namespace gonio::quality {
+
+/// One way of measuring and reconstructing that is to be scored.
+struct Contender {
+  std::string label;
+  int sample_count = 10;
+  /// Given directions; empty: chosen anew in every fold, from its training materials only.
+  std::vector<brdf::HalfDiff> directions;
+  basis::ReconstructOptions reconstruct;
+  PatchGeometry patch;
+};
+
+struct EvaluateOptions {
+  int folds = 5;  ///< 2 to the number of groups; as many as materials leaves one out at a time
+  /// Indices of the materials to score; empty scores all. The others still train.
+  std::vector<std::size_t> tested;
+  /// One name per material, empty for none: materials with the same name (one family, siblings of
+  /// one measurement) always stand in one fold, that of their first. Empty: no groups.
+  std::vector<std::string> groups;
+  int components = basis::kDefaultComponents;
+  design::ExchangeOptions design;  ///< sample_count is the contender's
+  double uniform_blend = 0.1;
+  design::DirectionLimits limits;  ///< of directions chosen here
+  SyntheticNoise noise;
+  int draws = 1;  ///< of the noise; figures are means over them
+  std::uint64_t seed = 1;
+
+  /// Throws std::invalid_argument naming the field.
+  void validate(std::size_t material_count) const;
+};
+
+/// What a contender did on one material that neither basis, design nor any setting has seen.
+struct MaterialScore {
+  std::size_t material = 0;  ///< index into the training set
+  int fold = 0;
+  Comparison errors;
+};
+
+/// Mean and quantiles over materials (linear between ranks).
+struct Summary {
+  double mean = 0.0;
+  double median = 0.0;
+  double tenth_percentile = 0.0;
+  double ninetieth_percentile = 0.0;
+};
+Summary summarise(std::vector<double> values);
+
+/// Directions a contender used in a fold and what was known about them beforehand.
+struct FoldDesign {
+  int fold = 0;
+  std::vector<brdf::HalfDiff> directions;
+  double condition_number = 0.0;
+  double xu_metric = 0.0;  ///< mean error of the training rows, at the published eta = 40
+};
+
+struct ContenderResult {
+  Contender contender;
+  std::vector<MaterialScore> scores;  ///< by material
+  std::vector<FoldDesign> designs;    ///< by fold
+
+  Summary psnr_a_db() const;
+  Summary psnr_b_db() const;
+  Summary weighted_log_rmse() const;
+  Summary grazing_log_rmse() const;
+  Summary grazing_log_bias() const;
+  Summary raw_rmse_per_sr() const;
+  Summary mean_delta_e() const;  ///< CIEDE2000 under lighting A
+};
+
+/// Sent from the calling thread after each material and contender.
+struct EvaluateProgress {
+  int fold = 0;
+  int folds = 0;
+  std::size_t done = 0;  ///< reconstructions
+  std::size_t total = 0;
+};
+
+/// The exact table of a material of the set, in the set's scale: its file read again, or a model
+/// tabulated. Training data fill holes; a score must not.
+using TruthSource = std::function<brdf::BrdfTable(std::size_t material)>;
+
+/// Held-out evaluation. Fold of a material: its position (its group's first position) modulo
+/// `folds`. Basis, design and every setting come from the other folds alone.
+///
+/// Memory   The training set, one basis, two tables.
+/// Stop     Between reconstructions: returns empty.
+/// Errors   std::invalid_argument: options, no contender, a contender's direction below the
+///          horizon; NumericalError from training.
+/// Determinism  Same seed, same figures, whatever the number of threads.
+std::optional<std::vector<ContenderResult>> evaluate(
+    const basis::TrainingSet& set, const Eigen::MatrixXd& gram, const TruthSource& truth,
+    const std::vector<Contender>& contenders, const EvaluateOptions& options,
+    const std::function<void(const EvaluateProgress&)>& progress = {}, std::stop_token stop = {});
+
+}  // namespace gonio::quality

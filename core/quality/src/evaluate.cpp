@@ -1,0 +1,242 @@
+#include "gonio/quality/evaluate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "gonio/basis/dense_field.h"
+#include "gonio/design/criteria.h"
+#include "gonio/design/importance.h"
+
+namespace gonio::quality {
+namespace {
+
+constexpr double kPublishedEta = 40.0;
+
+std::vector<int> fold_of_material(const EvaluateOptions& options, std::size_t count) {
+  std::vector<int> folds(count);
+  std::map<std::string, int> fold_of_group;
+  for (std::size_t i = 0; i < count; ++i) {
+    folds[i] = static_cast<int>(i % static_cast<std::size_t>(options.folds));
+    if (options.groups.empty() || options.groups[i].empty()) continue;
+    folds[i] = fold_of_group.try_emplace(options.groups[i], folds[i]).first->second;
+  }
+  return folds;
+}
+
+/// Mean of several draws' figures, so that noise is judged by its expectation.
+Comparison mean_of(const std::vector<Comparison>& draws) {
+  Comparison mean = draws.front();
+  const auto average = [&](auto member) {
+    double sum = 0.0;
+    for (const Comparison& draw : draws) sum += member(draw);
+    return sum / static_cast<double>(draws.size());
+  };
+  const auto set = [&](auto member) {
+    member(mean) = average([&](Comparison c) { return member(c); });
+  };
+  set([](Comparison& c) -> double& { return c.lattice.weighted_log_rmse; });
+  set([](Comparison& c) -> double& { return c.lattice.weighted_log_bias; });
+  set([](Comparison& c) -> double& { return c.lattice.grazing_log_rmse; });
+  set([](Comparison& c) -> double& { return c.lattice.grazing_log_bias; });
+  set([](Comparison& c) -> double& { return c.lattice.raw_rmse_per_sr; });
+  set([](Comparison& c) -> double& { return c.lighting_a.psnr_db; });
+  set([](Comparison& c) -> double& { return c.lighting_a.mean_delta_e; });
+  set([](Comparison& c) -> double& { return c.lighting_b.psnr_db; });
+  set([](Comparison& c) -> double& { return c.lighting_b.mean_delta_e; });
+  return mean;
+}
+
+/// Everything a fold learns from its training materials.
+class Fold {
+ public:
+  Fold(const basis::TrainingSet& set, const Eigen::MatrixXd& gram,
+       const std::vector<std::size_t>& training, const EvaluateOptions& options,
+       const design::Candidates& candidates)
+      : basis_(basis::train(set, gram, training, options.components)),
+        left_vectors_(design::training_left_vectors(gram, training, basis_.component_count())),
+        options_(options),
+        candidates_(candidates) {}
+
+  const basis::Basis& basis() const { return basis_; }
+
+  std::vector<brdf::HalfDiff> directions_for(const Contender& contender) {
+    if (!contender.directions.empty()) return contender.directions;
+    auto& chosen = chosen_[contender.sample_count];
+    if (chosen.empty()) {
+      if (importance_.size() == 0) {
+        importance_ = design::importance_matrix(
+            basis_.components, design::importance_weights({options_.uniform_blend}));
+      }
+      design::ExchangeOptions settings = options_.design;
+      settings.sample_count = contender.sample_count;
+      const design::Design found =
+          design::exchange(basis_.components, importance_, candidates_, settings);
+      for (const std::uint32_t cell : found.cells) {
+        chosen.push_back(design::direction_of_basis_cell(cell));
+      }
+    }
+    return chosen;
+  }
+
+  FoldDesign describe(int fold, const std::vector<brdf::HalfDiff>& directions) const {
+    const Eigen::MatrixXd rows = design::rows_at(basis::BasisRows(basis_), directions);
+    return {fold, directions, design::condition_number(rows),
+            design::xu_metric(rows, basis_.singular_values, left_vectors_, kPublishedEta)};
+  }
+
+ private:
+  basis::Basis basis_;
+  Eigen::MatrixXd left_vectors_;
+  const EvaluateOptions& options_;
+  const design::Candidates& candidates_;
+  Eigen::MatrixXd importance_;
+  std::map<int, std::vector<brdf::HalfDiff>> chosen_;
+};
+
+}  // namespace
+
+void EvaluateOptions::validate(std::size_t material_count) const {
+  const auto refuse = [](const std::string& why) {
+    throw std::invalid_argument("evaluate: " + why);
+  };
+  if (folds < 2 || static_cast<std::size_t>(folds) > material_count) {
+    refuse("folds is " + std::to_string(folds) + ", expected 2 to the number of materials, " +
+           std::to_string(material_count));
+  }
+  if (!groups.empty() && groups.size() != material_count) {
+    refuse(std::to_string(groups.size()) + " group names for " + std::to_string(material_count) +
+           " materials");
+  }
+  for (const std::size_t material : tested) {
+    if (material >= material_count) {
+      refuse("there is no material " + std::to_string(material) + " to test");
+    }
+  }
+  if (components < 1) refuse("components must be at least 1");
+  if (draws < 1) refuse("draws must be at least 1");
+}
+
+Summary summarise(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  Summary summary;
+  for (const double value : values) summary.mean += value;
+  summary.mean /= static_cast<double>(values.size());
+  const auto quantile = [&](double share) {
+    const double rank = share * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(rank);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    const double part = rank - static_cast<double>(below);
+    // Two equal ends must not meet as inf - inf.
+    return part == 0.0 ? values[below] : (1.0 - part) * values[below] + part * values[above];
+  };
+  summary.median = quantile(0.5);
+  summary.tenth_percentile = quantile(0.1);
+  summary.ninetieth_percentile = quantile(0.9);
+  return summary;
+}
+
+namespace {
+
+template <typename Member>
+Summary summarise_scores(const std::vector<MaterialScore>& scores, Member&& member) {
+  std::vector<double> values;
+  values.reserve(scores.size());
+  for (const MaterialScore& score : scores) values.push_back(member(score.errors));
+  return summarise(std::move(values));
+}
+
+}  // namespace
+
+Summary ContenderResult::psnr_a_db() const {
+  return summarise_scores(scores, [](const Comparison& c) { return c.lighting_a.psnr_db; });
+}
+Summary ContenderResult::psnr_b_db() const {
+  return summarise_scores(scores, [](const Comparison& c) { return c.lighting_b.psnr_db; });
+}
+Summary ContenderResult::weighted_log_rmse() const {
+  return summarise_scores(scores, [](const Comparison& c) { return c.lattice.weighted_log_rmse; });
+}
+Summary ContenderResult::grazing_log_rmse() const {
+  return summarise_scores(scores, [](const Comparison& c) { return c.lattice.grazing_log_rmse; });
+}
+Summary ContenderResult::grazing_log_bias() const {
+  return summarise_scores(scores, [](const Comparison& c) { return c.lattice.grazing_log_bias; });
+}
+Summary ContenderResult::raw_rmse_per_sr() const {
+  return summarise_scores(scores, [](const Comparison& c) { return c.lattice.raw_rmse_per_sr; });
+}
+Summary ContenderResult::mean_delta_e() const {
+  return summarise_scores(scores, [](const Comparison& c) { return c.lighting_a.mean_delta_e; });
+}
+
+std::optional<std::vector<ContenderResult>> evaluate(
+    const basis::TrainingSet& set, const Eigen::MatrixXd& gram, const TruthSource& truth,
+    const std::vector<Contender>& contenders, const EvaluateOptions& options,
+    const std::function<void(const EvaluateProgress&)>& progress, std::stop_token stop) {
+  const std::size_t count = set.material_count();
+  options.validate(count);
+  if (contenders.empty()) throw std::invalid_argument("evaluate: no contender");
+
+  const std::vector<int> folds = fold_of_material(options, count);
+  std::vector<std::uint8_t> scored(count, options.tested.empty() ? 1 : 0);
+  for (const std::size_t material : options.tested) scored[material] = 1;
+
+  std::vector<ContenderResult> results;
+  for (const Contender& contender : contenders) results.push_back({contender, {}, {}});
+  EvaluateProgress state{
+      0, options.folds, 0,
+      contenders.size() * static_cast<std::size_t>(std::count(scored.begin(), scored.end(), 1))};
+  const design::Candidates candidates{design::cells_within(options.limits), {}};
+
+  for (int number = 0; number < options.folds; ++number) {
+    std::vector<std::size_t> training;
+    std::vector<std::size_t> testing;
+    for (std::size_t i = 0; i < count; ++i) {
+      if (folds[i] != number) {
+        training.push_back(i);
+      } else if (scored[i] != 0) {
+        testing.push_back(i);
+      }
+    }
+    if (testing.empty()) continue;
+    if (stop.stop_requested()) return std::nullopt;
+    state.fold = number;
+    Fold fold(set, gram, training, options, candidates);
+    std::vector<std::vector<brdf::HalfDiff>> directions;
+    for (ContenderResult& result : results) {
+      directions.push_back(fold.directions_for(result.contender));
+      result.designs.push_back(fold.describe(number, directions.back()));
+    }
+    for (const std::size_t material : testing) {
+      const brdf::BrdfTable known = truth(material);
+      const brdf::TableBrdf model(known);
+      for (std::size_t c = 0; c < results.size(); ++c) {
+        std::vector<Comparison> draws;
+        for (int draw = 0; draw < options.draws; ++draw) {
+          if (stop.stop_requested()) return std::nullopt;
+          const Contender& contender = results[c].contender;
+          const samples::SampleSet samples = synthetic_samples(
+              model, set.scale(), directions[c], contender.patch, options.noise, options.seed,
+              material * static_cast<std::size_t>(options.draws) + static_cast<std::size_t>(draw));
+          const basis::Fit fit = basis::fit(fold.basis(), samples, contender.reconstruct);
+          draws.push_back(
+              compare(known, basis::expand(fold.basis(), fit.coefficients), set.mapping()));
+        }
+        results[c].scores.push_back({material, number, mean_of(draws)});
+        ++state.done;
+        if (progress) progress(state);
+      }
+    }
+  }
+  for (ContenderResult& result : results) {
+    std::sort(
+        result.scores.begin(), result.scores.end(),
+        [](const MaterialScore& a, const MaterialScore& b) { return a.material < b.material; });
+  }
+  return results;
+}
+
+}  // namespace gonio::quality

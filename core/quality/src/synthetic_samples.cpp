@@ -1,0 +1,127 @@
+#include "gonio/quality/synthetic_samples.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "gonio/random/stream.h"
+
+namespace gonio::quality {
+namespace {
+
+// Near the pole phi_d is hardly defined: an uncertainty beyond this says "anything" already.
+constexpr Angle kLargestPhiUncertainty = Angle::from_degrees(60.0);
+
+void check(std::span<const brdf::HalfDiff> directions, const PatchGeometry& patch,
+           const SyntheticNoise& noise) {
+  if (directions.empty()) throw std::invalid_argument("synthetic samples: no directions");
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    const brdf::HalfDiff& at = directions[i];
+    if (!brdf::above_horizon(at.theta_h, at.theta_d, at.phi_d)) {
+      throw std::invalid_argument("synthetic samples: direction " + std::to_string(i + 1) +
+                                  " is below the horizon");
+    }
+  }
+  const auto bad = [](double x) { return !(x >= 0.0 && std::isfinite(x)); };
+  if (bad(noise.relative) || bad(noise.common_relative) || bad(noise.normal_tilt.radians())) {
+    throw std::invalid_argument("synthetic samples: noise must be finite and not negative");
+  }
+  if (bad(patch.half_width_mm) || patch.grid < 1 ||
+      (patch.half_width_mm > 0.0 &&
+       !(patch.camera_distance_mm > 0.0 && patch.lamp_distance_mm > 0.0))) {
+    throw std::invalid_argument("synthetic samples: a patch needs a width, a grid and distances");
+  }
+}
+
+brdf::DirectionPair tilted(const brdf::DirectionPair& pair, Angle about_x, Angle about_y) {
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(about_x.radians(), Eigen::Vector3d::UnitX()) *
+                                Eigen::AngleAxisd(about_y.radians(), Eigen::Vector3d::UnitY()))
+                                   .toRotationMatrix();
+  return {turn * pair.wi, turn * pair.wo};
+}
+
+/// How far a tilt of one sigma about either axis moves the angles, added in quadrature.
+void set_angle_uncertainty(samples::Sample& sample, const brdf::DirectionPair& pair, Angle tilt) {
+  double theta_h = 0.0;
+  double theta_d = 0.0;
+  double phi_d = 0.0;
+  const brdf::HalfDiff from = brdf::half_diff_from_directions(pair);
+  for (const brdf::DirectionPair& moved :
+       {tilted(pair, tilt, Angle()), tilted(pair, Angle(), tilt)}) {
+    const brdf::HalfDiff to = brdf::half_diff_from_directions(moved);
+    theta_h = std::hypot(theta_h, (to.theta_h - from.theta_h).radians());
+    theta_d = std::hypot(theta_d, (to.theta_d - from.theta_d).radians());
+    phi_d = std::hypot(phi_d, wrap_to_half_turn(to.phi_d - from.phi_d).radians());
+  }
+  sample.u_theta_h = Angle::from_radians(theta_h);
+  sample.u_theta_d = Angle::from_radians(theta_d);
+  sample.u_phi_d = std::min(Angle::from_radians(phi_d), kLargestPhiUncertainty);
+}
+
+/// Where the patch's squares have their centres, sample frame.
+std::vector<Eigen::Vector3d> centres_mm(const PatchGeometry& patch) {
+  if (patch.half_width_mm == 0.0) return {Eigen::Vector3d::Zero()};
+  std::vector<Eigen::Vector3d> centres;
+  const auto along = [&](int i) {
+    return patch.half_width_mm * (2.0 * i + 1.0 - patch.grid) / patch.grid;
+  };
+  for (int row = 0; row < patch.grid; ++row) {
+    for (int column = 0; column < patch.grid; ++column) {
+      centres.emplace_back(along(column), along(row), 0.0);
+    }
+  }
+  return centres;
+}
+
+}  // namespace
+
+samples::SampleSet synthetic_samples(const brdf::BrdfModel& truth, brdf::RadiometricScale scale,
+                                     std::span<const brdf::HalfDiff> directions,
+                                     const PatchGeometry& patch, const SyntheticNoise& noise,
+                                     std::uint64_t seed, std::uint64_t stream) {
+  check(directions, patch, noise);
+  random::Stream draw(random::make_key(seed, "quality.synthetic_samples", stream));
+  const std::vector<Eigen::Vector3d> centres = centres_mm(patch);
+  const bool is_patch = patch.half_width_mm > 0.0;
+  const auto normal3 = [&] {
+    const double r = draw.normal();
+    const double g = draw.normal();
+    return brdf::Rgb(r, g, draw.normal());
+  };
+
+  samples::SampleSet set;
+  set.scale = scale;
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    brdf::HalfDiff nominal = directions[i];
+    nominal.phi_h = Angle();
+    const brdf::DirectionPair centre = brdf::directions_from_half_diff(nominal);
+    const Angle about_x = draw.normal() * noise.normal_tilt;
+    const Angle about_y = draw.normal() * noise.normal_tilt;
+    const brdf::Rgb common = 1.0 + noise.common_relative * normal3();
+    for (const Eigen::Vector3d& at : centres) {
+      const brdf::Rgb independent = 1.0 + noise.relative * normal3();
+      brdf::DirectionPair pair = centre;
+      samples::Sample sample;
+      sample.direction = nominal;
+      if (is_patch) {
+        pair.wi = (patch.lamp_distance_mm * centre.wi - at).normalized();
+        pair.wo = (patch.camera_distance_mm * centre.wo - at).normalized();
+        if (pair.wi.z() <= 0.0 || pair.wo.z() <= 0.0) continue;
+        sample.direction = brdf::half_diff_from_directions(pair);
+        sample.direction.phi_h = Angle();
+      }
+      sample.value_per_sr = truth.evaluate(tilted(pair, about_x, about_y)) * common * independent;
+      sample.sigma_per_sr = noise.relative * sample.value_per_sr.abs();
+      sample.u_common_per_sr = noise.common_relative * sample.value_per_sr.abs();
+      if (noise.normal_tilt > Angle()) set_angle_uncertainty(sample, pair, noise.normal_tilt);
+      sample.pose = static_cast<int>(i);
+      set.samples.push_back(std::move(sample));
+    }
+  }
+  return set;
+}
+
+}  // namespace gonio::quality
