@@ -92,6 +92,27 @@ void add_metallic_paints(std::vector<BuiltinMaterial>& list) {
        .flake = oc::silver(),
        .flakes = {{0.75, 0.026}, {0.22, 0.10}},
        .depth = {0.02, 0.11, 0.50}});
+
+  const Published rutile = d::rutile();
+  const auto add_pearl = [&](const char* name, const char* description, const Pearl& recipe) {
+    Published constants = rutile;
+    constants.source += "; " + recipe.platelet.source + "; " + recipe.coat.source;
+    paint.add(name, description, constants, recipe);
+  };
+  add_pearl("pearl-white", "silver-white rutile-mica pearl over white",
+            {.coat = d::polyurethane(),
+             .surface = {{0.90, 0.020}},
+             .film = {rutile.index.n, 58.0},
+             .platelet = d::mica(),
+             .platelets = {{0.45, 0.15}, {0.25, 0.32}},
+             .base = {0.78, 0.78, 0.76}});
+  add_pearl("pearl-blue-shift", "blue rutile-mica interference paint over black",
+            {.coat = d::polyurethane(),
+             .surface = {{0.84, 0.034}, {0.10, 0.14}},
+             .film = {rutile.index.n, 128.0},
+             .platelet = d::mica(),
+             .platelets = {{0.50, 0.17}, {0.25, 0.34}},
+             .base = {0.020, 0.022, 0.030}});
 }
 
 }  // namespace gonio::brdf::recipes

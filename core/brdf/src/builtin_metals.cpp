@@ -1,3 +1,4 @@
+#include "dielectrics.h"
 #include "material_recipes.h"
 
 namespace gonio::brdf::recipes {
@@ -59,6 +60,15 @@ void add_metals(std::vector<BuiltinMaterial>& list) {
       {.metal = oc::titanium(), .gloss = {{0.52, 0.29}, {0.42, 0.48}}});
   add("tungsten-lapped", "tungsten, lapped",
       {.metal = oc::tungsten(), .gloss = {{0.70, 0.088}}, .haze = {0.26, 40.0, 1.4}});
+
+  // Rutile stands for the amorphous oxide, whose index is a tenth lower.
+  const oc::Published oxide = dielectrics::rutile();
+  oc::Published titanium = oc::titanium();
+  titanium.source += "; " + oxide.source;
+  metal.add("titanium-anodised-gold", "titanium, anodised straw gold", titanium,
+            Anodised{.film = {0.9 * oxide.index.n, 22.0},
+                     .metal = titanium,
+                     .gloss = {{0.50, 0.17}, {0.44, 0.31}}});
 
   oc::Published platinum = oc::platinum();
   platinum.source += "; lobe after Bagher et al., EGSR 2012";

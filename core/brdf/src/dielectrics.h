@@ -54,6 +54,9 @@ inline Published silicon_nitride() {
 inline Published zirconia() {
   return transparent(2.16, 34.0, "Wood and Nassau, Appl. Opt. 21, 2978 (1982)");
 }
+inline Published rutile() {
+  return transparent(2.613, 9.9, "DeVore, J. Opt. Soc. Am. 41, 416 (1951)");
+}
 inline Published calcite() { return transparent(1.60, 49.0, kMinerals); }
 inline Published quartz() { return transparent(1.544, 69.9, kMinerals); }
 inline Published obsidian() { return transparent(1.50, 60.0, kMinerals); }

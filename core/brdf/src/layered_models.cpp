@@ -1,6 +1,7 @@
 #include "gonio/brdf/layered_models.h"
 
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "ggx.h"
@@ -42,13 +43,12 @@ Rgb coated_scale(const Coat& coat, const Rgb& albedo) {
   return albedo / (kPi * coat.n * coat.n * (1.0 - albedo * internal_reflectance(coat)));
 }
 
-RgbCurve coated_fresnel(const Coat& coat, const RefractiveIndex& metal, const Rgb& tint) {
+std::function<Rgb(double)> reflectance_inside(const Coat& coat, const RefractiveIndex& metal,
+                                              const Rgb& tint) {
   require_physical(metal);
   require_between("tint", tint, 0.0, 1.0);
   const RefractiveIndex relative{metal.n / coat.n, metal.k / coat.n};
-  return RgbCurve([&](double cosine) -> Rgb {
-    return fresnel_reflectance(cosine, relative) * tint / (coat.n * coat.n);
-  });
+  return [=](double cosine) -> Rgb { return fresnel_reflectance(cosine, relative) * tint; };
 }
 
 }  // namespace
@@ -69,11 +69,16 @@ Rgb CoatedDiffuse::evaluate_visible(const ShadingGeometry& g) const {
 
 CoatedMetal::CoatedMetal(const Coat& coat, double alpha, const RefractiveIndex& metal,
                          const Rgb& tint)
+    : CoatedMetal(coat, alpha, reflectance_inside(coat, metal, tint)) {}
+
+CoatedMetal::CoatedMetal(const Coat& coat, double alpha,
+                         const std::function<Rgb(double)>& reflectance)
     : inverse_n_squared_(1.0 / (coat.n * coat.n)),
       alpha_squared_(alpha * alpha),
       transmission_(transmission_of(coat)),
-      fresnel_(coated_fresnel(coat, metal, tint)) {
+      fresnel_(reflectance) {
   require_between("alpha", alpha, kSmallestAlpha, 1.0);
+  require_reflectance(fresnel_);
 }
 
 Rgb CoatedMetal::evaluate_visible(const ShadingGeometry& g) const {
@@ -85,8 +90,8 @@ Rgb CoatedMetal::evaluate_visible(const ShadingGeometry& g) const {
   const double up = cos_i + cos_o;
   const double length_squared = along_squared + up * up;
   const double lobe = ggx_lobe(alpha_squared_, along_squared / length_squared, cos_i, cos_o);
-  return fresnel_(0.5 * std::sqrt(length_squared)) * lobe * transmission_(g.cos_theta_i) *
-         transmission_(g.cos_theta_o);
+  return fresnel_(0.5 * std::sqrt(length_squared)) * (lobe * inverse_n_squared_) *
+         transmission_(g.cos_theta_i) * transmission_(g.cos_theta_o);
 }
 
 }  // namespace gonio::brdf

@@ -9,8 +9,11 @@ namespace {
 
 class Parts {
  public:
+  void add(const Rgb& share, std::shared_ptr<const BrdfModel> model) {
+    parts_.push_back({share, std::move(model)});
+  }
   void add(double share, std::shared_ptr<const BrdfModel> model) {
-    parts_.push_back({Rgb::Constant(share), std::move(model)});
+    add(Rgb::Constant(share), std::move(model));
   }
   void add_gloss(const std::vector<Gloss>& lobes, const RefractiveIndex& index, const Rgb& tint) {
     for (const Gloss& lobe : lobes) {
@@ -79,6 +82,36 @@ std::shared_ptr<const BrdfModel> model_of(const Flakes& recipe) {
     uncovered -= lobe.share;
   }
   parts.add(uncovered, std::make_shared<CoatedDiffuse>(coat, recipe.base));
+  return parts.mixture();
+}
+
+std::shared_ptr<const BrdfModel> model_of(const Pearl& recipe) {
+  const Coat coat{recipe.coat.index.n[1]};
+  const auto reflectance = [&](double cosine) {
+    return film_reflectance(cosine, coat.n, recipe.film, recipe.platelet.index);
+  };
+  Parts parts;
+  parts.add_gloss(recipe.surface, recipe.coat.index, Rgb::Ones());
+  // Platelets are clear: what they do not reflect goes on to the base, and passes
+  // them once more on its way out.
+  const Rgb passes = 1.0 - reflectance(1.0);
+  Rgb base_share = Rgb::Ones();
+  for (const Gloss& lobe : recipe.platelets) {
+    parts.add(lobe.share, std::make_shared<CoatedMetal>(coat, lobe.alpha, reflectance));
+    base_share -= lobe.share * (1.0 - passes * passes);
+  }
+  parts.add(base_share, std::make_shared<CoatedDiffuse>(coat, recipe.base));
+  return parts.mixture();
+}
+
+std::shared_ptr<const BrdfModel> model_of(const Anodised& recipe) {
+  const auto reflectance = [&](double cosine) {
+    return film_reflectance(cosine, 1.0, recipe.film, recipe.metal.index);
+  };
+  Parts parts;
+  for (const Gloss& lobe : recipe.gloss) {
+    parts.add(lobe.share, std::make_shared<Ggx>(lobe.alpha, reflectance));
+  }
   return parts.mixture();
 }
 

@@ -76,6 +76,26 @@ struct Flakes {
 };
 std::shared_ptr<const BrdfModel> model_of(const Flakes& recipe);
 
+/// Platelets with an interference film in a clear coat, over a base. The film's colour turns with
+/// the angle between light and detector.
+struct Pearl {
+  Published coat;
+  std::vector<Gloss> surface;
+  Film film;
+  Published platelet;
+  std::vector<Gloss> platelets;
+  Rgb base;
+};
+std::shared_ptr<const BrdfModel> model_of(const Pearl& recipe);
+
+/// Bare metal under a transparent oxide film.
+struct Anodised {
+  Film film;
+  Published metal;
+  std::vector<Gloss> gloss;
+};
+std::shared_ptr<const BrdfModel> model_of(const Anodised& recipe);
+
 /// A shifted-gamma lobe over a diffuse base, as fitted to measured materials.
 struct Fitted {
   Rgb diffuse;

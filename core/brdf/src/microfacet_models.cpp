@@ -46,6 +46,12 @@ Ggx::Ggx(double alpha, const RefractiveIndex& index, const Rgb& tint)
   require_between("tint", tint, 0.0, 1.0);
 }
 
+Ggx::Ggx(double alpha, const std::function<Rgb(double)>& reflectance)
+    : alpha_squared_(alpha * alpha), fresnel_(reflectance) {
+  require_between("alpha", alpha, kSmallestAlpha, 1.0);
+  require_reflectance(fresnel_);
+}
+
 Rgb Ggx::evaluate_visible(const ShadingGeometry& g) const {
   return fresnel_(g.cos_theta_d) *
          ggx_lobe(alpha_squared_, g.sin_theta_h * g.sin_theta_h, g.cos_theta_i, g.cos_theta_o);

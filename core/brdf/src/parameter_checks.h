@@ -4,6 +4,7 @@
 #include <string>
 
 #include "gonio/brdf/fresnel.h"
+#include "gonio/brdf/rgb_curve.h"
 
 namespace gonio::brdf {
 
@@ -24,6 +25,13 @@ inline void require_between(const char* what, double value, double low, double h
 inline void require_physical(const RefractiveIndex& index) {
   require_between("refractive index n", index.n, 1e-3, 20.0);
   require_between("extinction coefficient k", index.k, 0.0, 20.0);
+}
+
+/// Looks at a facet reflectance at 65 cosines: rounding of the curve may exceed 1 by 1e-6.
+inline void require_reflectance(const RgbCurve& curve) {
+  for (int i = 0; i <= 64; ++i) {
+    require_between("facet reflectance", curve(i / 64.0), 0.0, 1.0 + 1e-6);
+  }
 }
 
 /// Smallest lobe width that is not taken for a slip: 0.006 deg.

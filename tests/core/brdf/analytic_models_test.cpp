@@ -188,6 +188,49 @@ TEST(Fresnel, ReflectsNinePercentOfDiffuseLightFromGlass) {
   EXPECT_NEAR(diffuse_fresnel_reflectance(1.5), 0.0918, 5e-5);
 }
 
+TEST(Film, IsTheBareSubstrateWhenItIsGone) {
+  for (const double cosine : {0.05, 0.4, 1.0}) {
+    const Rgb bare = fresnel_reflectance(cosine, kGold);
+    const Rgb none = film_reflectance(cosine, 1.0, {Rgb::Constant(2.4), 0.0}, kGold);
+    const Rgb same = film_reflectance(cosine, 1.0, {Rgb::Constant(1.0), 300.0}, kGold);
+    EXPECT_NEAR((none - bare).abs().maxCoeff(), 0.0, kRounding);
+    EXPECT_NEAR((same - bare).abs().maxCoeff(), 0.0, kRounding);
+  }
+}
+
+TEST(Film, CancelsAQuarterWaveAtTheGeometricMeanIndex) {
+  const double quarter_nm = 532.0 / 4.0 / std::sqrt(1.5);
+  const Film film{Rgb::Constant(std::sqrt(1.5)), quarter_nm};
+  const Rgb reflected = film_reflectance(1.0, 1.0, film, dielectric(1.5));
+  EXPECT_NEAR(reflected[1], 0.0, kRounding);
+  EXPECT_GT(reflected[0], 1e-4);  // not a quarter wave of red
+  EXPECT_GT(reflected[2], 1e-4);
+}
+
+TEST(Film, OfTitaniaReflectsAThirdFromGlass) {
+  // A quarter wave of n = 2.4 on n = 1.5 reflects ((1.5 - 5.76) / (1.5 + 5.76))^2 = 34.4 %.
+  const Film film{Rgb::Constant(2.4), 532.0 / 4.0 / 2.4};
+  EXPECT_NEAR(film_reflectance(1.0, 1.0, film, dielectric(1.5))[1], 0.3443, 1e-4);
+}
+
+TEST(Film, ReflectsNoMoreThanItReceivesAtAnyAngle) {
+  for (int i = 0; i <= 100; ++i) {
+    const Rgb r = film_reflectance(i / 100.0, 1.55, {Rgb::Constant(2.6), 140.0}, kSilver);
+    ASSERT_GE(r.minCoeff(), 0.0);
+    ASSERT_LE(r.maxCoeff(), 1.0 + kRounding);
+  }
+}
+
+TEST(RgbCurve, FollowsAnInterferenceFilm) {
+  const auto film = [](double c) -> Rgb {
+    return film_reflectance(c, 1.55, {Rgb::Constant(2.6), 140.0}, dielectric(1.59));
+  };
+  const RgbCurve curve(film);
+  for (int i = 0; i <= 5000; ++i) {
+    ASSERT_LT((curve(i / 5000.0) - film(i / 5000.0)).abs().maxCoeff(), 10.0 * kCurveError);
+  }
+}
+
 TEST(RgbCurve, FollowsFresnelReflectionOfMetalsAndGlass) {
   for (const RefractiveIndex& index :
        {kGold, kSilver, kBright, dielectric(1.3), dielectric(1.8), dielectric(2.2)}) {
@@ -397,6 +440,8 @@ TEST(AnalyticModels, RefuseParametersOutOfRange) {
         CoatedDiffuse({1.5, Rgb::Constant(-1.0)}, Rgb::Constant(0.5));
       },
       [] { CoatedMetal({1.5}, 0.1, dielectric(1.5), Rgb::Constant(1.5)); },
+      [] { Ggx(0.1, [](double) -> Rgb { return Rgb::Constant(1.2); }); },
+      [] { CoatedMetal({1.5}, 0.1, [](double) -> Rgb { return Rgb::Constant(-0.2); }); },
       [] {
         Mixture({{Rgb::Ones(), nullptr}});
       },

@@ -20,6 +20,19 @@ inline RefractiveIndex dielectric(double n) { return {Rgb::Constant(n), Rgb::Zer
 double fresnel_reflectance(double cosine, double n, double k);
 Rgb fresnel_reflectance(double cosine, const RefractiveIndex& index);
 
+/// A transparent film on a substrate.
+struct Film {
+  Rgb n;                ///< real, in vacuum, at 630, 532 and 465 nm
+  double thickness_nm;  ///< >= 0; 0 is the bare substrate
+};
+
+/// Reflectance of a substrate under a film: interference colours that turn with the angle.
+/// `cosine` in [0, 1] and `n_outside` are of the medium the light comes from; both other indices
+/// are in vacuum.
+/// Source  Airy summation: Born and Wolf, section 1.6.4, eq. 55-60.
+Rgb film_reflectance(double cosine, double n_outside, const Film& film,
+                     const RefractiveIndex& substrate);
+
 /// Reflectance of a dielectric boundary for diffuse light from outside, 2 * integral F(c) c dc.
 double diffuse_fresnel_reflectance(double n);
 

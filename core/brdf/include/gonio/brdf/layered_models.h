@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "gonio/brdf/brdf_model.h"
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/brdf/fresnel.h"
@@ -44,13 +46,16 @@ class CoatedMetal final : public BrdfModel {
   CoatedMetal(const Coat& coat, double alpha, const RefractiveIndex& metal,
               const Rgb& tint = Rgb::Ones());
 
+  /// With facets that reflect as `reflectance` of their cosine inside the coat says, in [0, 1].
+  CoatedMetal(const Coat& coat, double alpha, const std::function<Rgb(double)>& reflectance);
+
  private:
   Rgb evaluate_visible(const ShadingGeometry& geometry) const override;
 
   double inverse_n_squared_;
   double alpha_squared_;
   RgbCurve transmission_;
-  RgbCurve fresnel_;  ///< inside the coat, times tint / n^2
+  RgbCurve fresnel_;  ///< of the facets, inside the coat
 };
 
 }  // namespace gonio::brdf

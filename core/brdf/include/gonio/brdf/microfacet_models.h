@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include "gonio/brdf/brdf_model.h"
 #include "gonio/brdf/fresnel.h"
 #include "gonio/brdf/rgb_curve.h"
@@ -13,6 +15,10 @@ class Ggx final : public BrdfModel {
  public:
   /// `alpha` in (0, 1]; `tint` in [0, 1] multiplies the lobe (1 = none).
   Ggx(double alpha, const RefractiveIndex& index, const Rgb& tint = Rgb::Ones());
+
+  /// With facets that reflect as `reflectance` of cos theta_d says, in [0, 1]: a film, a measured
+  /// curve. Not kept.
+  Ggx(double alpha, const std::function<Rgb(double)>& reflectance);
 
  private:
   Rgb evaluate_visible(const ShadingGeometry& geometry) const override;
