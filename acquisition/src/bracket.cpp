@@ -132,11 +132,17 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
   update_rates(readings, shortest);
   if (longest != shortest) update_rates(longest_readings, longest);
 
+  // A region of the target is larger than the spot that becomes a sub-sample.
+  const double spot_fraction =
+      std::min(1.0, std::pow(3.0 * options.spot_half_width_mm / options.sample_half_width_mm, 2));
+  const auto wanted_dn = [&](const RegionReading& reading) {
+    return wanted_signal_dn(instrument.sensor, options.relative_sigma,
+                            std::max(1.0, spot_fraction * reading.pixels));
+  };
   const auto needed_factor = [&] {
     double factor = 1.0;
     for (std::size_t i = 0; i < regions.size(); ++i) {
-      const double wanted =
-          wanted_signal_dn(instrument.sensor, options.relative_sigma, readings[i].pixels);
+      const double wanted = wanted_dn(readings[i]);
       const double found = std::max(rates_dn_per_s[i] * seconds(longest), wanted / kLongestStep);
       factor = std::max(factor, wanted / found);
     }
@@ -151,10 +157,7 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
     update_rates(longest_readings, longest);
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
-    if (rates_dn_per_s[i] * seconds(longest) <
-        wanted_signal_dn(instrument.sensor, options.relative_sigma, readings[i].pixels)) {
-      ++result.dark_regions;
-    }
+    if (rates_dn_per_s[i] * seconds(longest) < wanted_dn(readings[i])) ++result.dark_regions;
   }
 
   result.longest = longest;

@@ -248,6 +248,8 @@ void SessionOptions::validate() const {
   require(max_exposures >= 1 && max_exposures <= 64, "max_exposures", max_exposures, "1 to 64");
   require(relative_sigma > 0.0 && relative_sigma < 1.0, "relative_sigma", relative_sigma,
           "between 0 and 1");
+  require(spot_half_width_mm > 0.0 && spot_half_width_mm < sample_half_width_mm,
+          "spot_half_width_mm", spot_half_width_mm, "above 0, below sample_half_width_mm");
   require(white_frames >= 1 && white_frames <= 1000, "white_frames", white_frames, "1 to 1000");
   require(dark_frames >= 1 && dark_frames <= 1000, "dark_frames", dark_frames, "1 to 1000");
   require(sample_half_width_mm > 0.0, "sample_half_width_mm", sample_half_width_mm, "above 0");

@@ -65,12 +65,7 @@ class Reader {
     std::vector<hsize_t> shape;
   };
   DataSet open_set(const char* name, hid_t type, int rank) const {
-    H5L_info_t link{};
-    if (H5Lexists(file_.get(), name, H5P_DEFAULT) <= 0 ||
-        H5Lget_info(file_.get(), name, &link, H5P_DEFAULT) < 0) {
-      fail(name, "data set is missing");
-    }
-    if (link.type != H5L_TYPE_HARD) fail(name, "is a link out of the file, expected a data set");
+    require_own_object(name);
     DataSet found{H5Handle(H5Dopen2(file_.get(), name, H5P_DEFAULT), H5Dclose), {}};
     if (!found.set.valid()) fail(name, "is not a readable data set");
     const H5Handle stored(H5Dget_type(found.set.get()), H5Tclose);
@@ -89,6 +84,16 @@ class Reader {
       fail(name, "is not stored contiguously in this file (h5repack -l CONTI makes it so)");
     }
     return found;
+  }
+
+  /// Refuses what is missing or a link, which could lead into any other file.
+  void require_own_object(const char* name) const {
+    H5L_info_t link{};
+    if (H5Lexists(file_.get(), name, H5P_DEFAULT) <= 0 ||
+        H5Lget_info(file_.get(), name, &link, H5P_DEFAULT) < 0) {
+      fail(name, "data set is missing");
+    }
+    if (link.type != H5L_TYPE_HARD) fail(name, "is a link out of the file, expected a data set");
   }
 
   void expect_length(const char* name, hsize_t found, std::size_t expected) const {
@@ -148,6 +153,7 @@ class Reader {
 };
 
 std::vector<std::string> Reader::texts(const char* name) const {
+  require_own_object(name);
   std::size_t width = 0;
   {
     const H5Handle probe(H5Dopen2(file_.get(), name, H5P_DEFAULT), H5Dclose);

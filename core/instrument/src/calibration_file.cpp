@@ -126,6 +126,8 @@ Instrument instrument_from_json(const std::string& text, const std::filesystem::
     document = nlohmann::json::parse(text);
   } catch (const nlohmann::json::parse_error& error) {
     throw DataFormatError(place, fmt::format("byte {}", error.byte), "not valid JSON");
+  } catch (const nlohmann::json::exception&) {
+    throw DataFormatError(place, "numbers", "a number is out of range");
   }
   JsonFields fields(document, "", place);
   const std::string format = fields.text("format");

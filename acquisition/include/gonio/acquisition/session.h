@@ -40,7 +40,9 @@ struct SessionOptions {
   std::chrono::nanoseconds first_exposure = std::chrono::milliseconds(20);
   double bracket_ratio = 4.0;
   int max_exposures = 8;           ///< per channel and point
-  double relative_sigma = 0.01;    ///< wanted at the dimmest sub-sample; longer exposures until met
+  /// Wanted of the dimmest sub-sample (a spot of this half width): longer exposures until met.
+  double relative_sigma = 0.005;
+  double spot_half_width_mm = 2.0;
   std::chrono::nanoseconds max_exposure = std::chrono::seconds(5);
   int white_frames = 4;            ///< per channel, opening and closing
   int dark_frames = 8;

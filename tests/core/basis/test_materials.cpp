@@ -1,0 +1,78 @@
+#include "test_materials.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <random>
+
+namespace gonio::basis::test {
+
+brdf::Rgb Lobe::evaluate_visible(const brdf::ShadingGeometry& geometry) const {
+  const double slope = geometry.sin_theta_h / width_;
+  const double grazing = 1.0 - geometry.cos_theta_d;
+  return diffuse_ + specular_ * (std::exp(-slope * slope) * (0.05 + grazing * grazing));
+}
+
+Lobe material(int index) {
+  std::mt19937 engine(1000u + static_cast<unsigned>(index));  // its output is standardised
+  const auto uniform = [&] { return static_cast<double>(engine()) / 4294967296.0; };
+  const double diffuse = 0.3 * std::pow(10.0, -2.0 * uniform());
+  const double specular = 5.0 * std::pow(10.0, 2.0 * uniform());
+  const brdf::Rgb tint(0.3 + uniform(), 0.3 + uniform(), 0.3 + uniform());
+  return Lobe(diffuse * tint, specular * brdf::Rgb(1.0, 0.95, 0.9), 0.05 + 0.3 * uniform());
+}
+
+const TrainingSet& training_set() {
+  static const TrainingSet set = [] {
+    TrainingSet made(brdf::RadiometricScale::si);
+    for (int i = 0; i < kMaterials; ++i) {
+      made.add({"lobe-" + std::to_string(i), i % 2 == 0 ? "even" : "odd", ""}, material(i));
+    }
+    return made;
+  }();
+  return set;
+}
+
+const Eigen::MatrixXd& training_gram() {
+  static const Eigen::MatrixXd gram = centred_gram(training_set());
+  return gram;
+}
+
+const Basis& full_basis() {
+  static const Basis basis = train(training_set(), training_gram());
+  return basis;
+}
+
+brdf::HalfDiff angles(double theta_h_deg, double theta_d_deg, double phi_d_deg) {
+  return {Angle::from_degrees(theta_h_deg), Angle::from_degrees(theta_d_deg),
+          Angle::from_degrees(phi_d_deg), Angle()};
+}
+
+brdf::HalfDiff bin_centre(int theta_h, int theta_d, int phi_d) {
+  return brdf::lattice::angles_of({theta_h, theta_d, phi_d});
+}
+
+samples::SampleSet sample(const brdf::BrdfModel& model,
+                          const std::vector<brdf::HalfDiff>& directions) {
+  samples::SampleSet set;
+  for (const brdf::HalfDiff& direction : directions) {
+    samples::Sample made;
+    made.direction = direction;
+    made.value_per_sr = model.evaluate(brdf::shading_geometry(direction));
+    set.samples.push_back(made);
+  }
+  return set;
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "gonio_basis_XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+}  // namespace gonio::basis::test

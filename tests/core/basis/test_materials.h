@@ -1,0 +1,62 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gonio/basis/basis.h"
+#include "gonio/basis/training_set.h"
+#include "gonio/brdf/brdf_model.h"
+#include "gonio/samples/samples.h"
+
+namespace gonio::basis::test {
+
+/// A diffuse part plus a Gaussian lobe in theta_h that grows towards grazing theta_d: smooth, cheap
+/// and different enough to span a basis.
+class Lobe final : public brdf::BrdfModel {
+ public:
+  Lobe(const brdf::Rgb& diffuse, const brdf::Rgb& specular, double width)
+      : diffuse_(diffuse), specular_(specular), width_(width) {}
+
+ private:
+  brdf::Rgb evaluate_visible(const brdf::ShadingGeometry& geometry) const override;
+
+  brdf::Rgb diffuse_;
+  brdf::Rgb specular_;
+  double width_;
+};
+
+/// Number `index` of an endless, fixed sequence of lobes.
+Lobe material(int index);
+
+constexpr int kMaterials = 6;
+
+/// The first kMaterials of them in SI, made once, and the Gram of their rows.
+const TrainingSet& training_set();
+const Eigen::MatrixXd& training_gram();
+/// The basis of all of them with all components.
+const Basis& full_basis();
+
+brdf::HalfDiff angles(double theta_h_deg, double theta_d_deg, double phi_d_deg);
+/// The bin centre of a lattice cell, where interpolated rows are the stored ones.
+brdf::HalfDiff bin_centre(int theta_h, int theta_d, int phi_d);
+
+/// Noise-free samples of a model.
+samples::SampleSet sample(const brdf::BrdfModel& model,
+                          const std::vector<brdf::HalfDiff>& directions);
+
+/// A folder of its own that is removed with everything in it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace gonio::basis::test

@@ -1,0 +1,93 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "gonio/brdf/analytic_models.h"
+#include "gonio/brdf/builtin_materials.h"
+#include "simulated_session.h"
+
+namespace gonio {
+namespace {
+
+using acquisition::FrameKind;
+using acquisition::SessionReader;
+using acquisition::SessionWriter;
+
+struct Measured {
+  acquisition::SessionResult session;
+  acquisition::Reduction reduction;
+};
+
+Measured measure(sim::SimOptions world_options,
+                 const std::vector<std::array<double, 3>>& directions_deg,
+                 const acquisition::SessionOptions& options = {},
+                 acquisition::ReductionOptions reduction = {}) {
+  const TemporaryFolder folder;
+  const instrument::Instrument known = nominal_instrument(world_options);
+  sim::SimGoniometer world(world_options);
+  const acquisition::MeasurementPlan plan = plan_of(known, directions_deg);
+  const std::filesystem::path session = folder.path() / "session";
+  Measured measured;
+  {
+    SessionWriter archive(session, {{"sample_id", "plate"}}, {});
+    measured.session =
+        acquisition::run_session(devices_of(world), known, plan, options, archive);
+  }
+  const SessionReader archive(session);
+  EXPECT_TRUE(archive.finished());
+  EXPECT_TRUE(archive.damage().empty());
+  measured.reduction = acquisition::reduce(archive, known, reduction);
+  return measured;
+}
+
+sim::SimOptions untilted(std::shared_ptr<const brdf::BrdfModel> material) {
+  sim::SimOptions options = sim::nominal_options(std::move(material), 7);
+  options.sample_mount = {};
+  return options;
+}
+
+const std::vector<std::array<double, 3>> kThreeDirections{
+    {3.0, 12.0, 28.0}, {39.0, 60.0, 89.0}, {15.0, 30.0, 130.0}};
+
+TEST(SimulatedSession, MeasuresALambertianPlateToHalfAPercent) {
+  const double albedo = 0.5;
+  acquisition::SessionOptions options;
+  options.relative_sigma = 0.001;
+  const Measured measured =
+      measure(untilted(std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(albedo))),
+              kThreeDirections, options);
+  EXPECT_TRUE(measured.session.complete);
+  EXPECT_EQ(measured.session.measured, 3);
+  ASSERT_EQ(measured.reduction.samples.samples.size(), 27U);
+  for (const samples::Sample& sample : measured.reduction.samples.samples) {
+    for (int c = 0; c < 3; ++c) {
+      // PRNU over about 250 pixels (0.04 %), lamp drift and monitor (0.1 %), black level.
+      EXPECT_NEAR(sample.value_per_sr[c] * std::numbers::pi / albedo, 1.0, 0.005)
+          << "theta_h " << sample.direction.theta_h.degrees() << ", theta_d "
+          << sample.direction.theta_d.degrees();
+    }
+  }
+}
+
+TEST(SimulatedSession, AgreesWithAGlossyMaterialWithinItsOwnUncertainty) {
+  const auto& material = brdf::builtin_materials().front();
+  const Measured measured = measure(untilted(material.model), kThreeDirections);
+  double chi2 = 0.0;
+  int count = 0;
+  for (const samples::Sample& sample : measured.reduction.samples.samples) {
+    const brdf::Rgb truth =
+        material.model->evaluate(brdf::directions_from_half_diff(sample.direction));
+    for (int c = 0; c < 3; ++c) {
+      const double sigma = std::hypot(sample.sigma_per_sr[c], sample.u_common_per_sr[c]);
+      EXPECT_NEAR(sample.value_per_sr[c], truth[c], 4.0 * sigma) << material.name;
+      chi2 += std::pow((sample.value_per_sr[c] - truth[c]) / sigma, 2);
+      ++count;
+    }
+  }
+  EXPECT_LT(chi2 / count, 1.25);
+}
+
+}  // namespace
+}  // namespace gonio

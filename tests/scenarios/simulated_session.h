@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "gonio/acquisition/reduction.h"
+#include "gonio/acquisition/session.h"
+#include "gonio/sim/sim_goniometer.h"
+
+namespace gonio {
+
+/// What an operator of the nominal simulated rig would know about it: the constants of the world,
+/// but not its random numbers nor the sample's tilt.
+instrument::Instrument nominal_instrument(const sim::SimOptions& truth);
+
+/// The world's devices as a session takes them.
+acquisition::DeviceSet devices_of(sim::SimGoniometer& world);
+
+/// A plan of directions given in degrees.
+acquisition::MeasurementPlan plan_of(const instrument::Instrument& instrument,
+                                     const std::vector<std::array<double, 3>>& directions_deg);
+
+/// A fresh folder under the system's temporary folder, removed at the end.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace gonio
