@@ -331,6 +331,26 @@ TEST(AbcLobe, IsAFlatDistributionForVanishingSlope) {
   EXPECT_NEAR(lobe.evaluate(DirectionPair{up, up})[0], 0.04 * 0.3 / std::numbers::pi, 1e-7);
 }
 
+TEST(AbcLobe, ShadowsAsAVGrooveDoes) {
+  // All but flat D, so that only G is left: 1 in the mirror direction at 70 deg, 2 cos^2 70 deg =
+  // 0.233956 back towards the light.
+  const AbcLobe lobe(Rgb::Constant(std::numbers::pi), 1e-6, 1.0, kMirror);
+  const Eigen::Vector3d wi = direction(70.0_deg, 0.0_deg);
+  const double cos_squared = wi.z() * wi.z();
+  const double mirror = lobe.evaluate(DirectionPair{wi, direction(70.0_deg, 180.0_deg)})[0];
+  const double back = lobe.evaluate(DirectionPair{wi, wi})[0];
+  EXPECT_NEAR(mirror * cos_squared, 1.0, 2e-3);  // kMirror's loss
+  EXPECT_NEAR(back * cos_squared, 0.233956, 1e-3);
+}
+
+TEST(AbcLobe, NormalisesTheFacetsProjectedArea) {
+  // B = 2, C = 1: the integral of D cos theta_h is pi / 2 (3 ln 3 - 2) D(0), so D(0) = 0.491281 and
+  // f = F D(0) / 4 straight on.
+  const Eigen::Vector3d up(0.0, 0.0, 1.0);
+  const AbcLobe lobe = AbcLobe::normalised(2.0, 1.0, dielectric(1.5));
+  EXPECT_NEAR(lobe.evaluate(DirectionPair{up, up})[0], 0.04 * 0.491281 / 4.0, 1e-7);
+}
+
 TEST(ShiftedGamma, KeepsItsEnergyWhenNarrowAndUnshadowed) {
   ShiftedGamma::Parameters narrow = satin_lobe();
   narrow.alpha = Rgb::Constant(0.01);
@@ -377,6 +397,14 @@ TEST(CoatedMetal, AbsorbsOnBothWays) {
   EXPECT_NEAR(tinted[0] / clear[0], 1.0, kCurveError);
   EXPECT_NEAR(tinted[1] / clear[1], 0.367879, kCurveError);  // e^-1
   EXPECT_NEAR(tinted[2] / clear[2], 0.135335, kCurveError);  // e^-2
+}
+
+TEST(CoatedMetal, AbsorbsMoreOnASlantPath) {
+  // 60 deg outside is asin(sin 60 deg / 1.5) inside: 1 / cos = 1.224745 coat thicknesses each way.
+  const DirectionPair mirror{direction(60.0_deg, 0.0_deg), direction(60.0_deg, 180.0_deg)};
+  const Rgb clear = CoatedMetal({1.5}, 0.2, kGold).evaluate(mirror);
+  const Rgb tinted = CoatedMetal({1.5, Rgb::Constant(0.5)}, 0.2, kGold).evaluate(mirror);
+  EXPECT_NEAR(tinted[0] / clear[0], std::exp(-1.224745), kCurveError);
 }
 
 TEST(CoatedMetal, ReflectsWhatPassesTheCoatTwice) {
