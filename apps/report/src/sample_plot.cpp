@@ -6,6 +6,7 @@
 #include <map>
 #include <vector>
 
+#include "html.h"
 #include "plots.h"
 #include "svg.h"
 
@@ -115,10 +116,11 @@ void draw_sample(Svg& svg, const FittedSample& s, double x, double step, const A
       const double lower = std::max(value - sigma, y.low());
       const double upper = std::min(value + sigma, y.high());
       svg.line({at, y(lower)}, {at, y(upper)}, fmt::format("err {}", channel));
-      svg.circle({at, y(value)}, std::clamp(step * 0.11, 1.3, 3.4), fmt::format("dot {}", channel),
-                 fmt::format("{:.4g} ± {:.2g} /sr, fit {:.4g}; θh {:.2f}°, θd {:.2f}°, φd {:.2f}°",
-                             value, sigma, s.fitted_per_sr[c], sample.direction.theta_h.degrees(),
-                             sample.direction.theta_d.degrees(), sample.direction.phi_d.degrees()));
+      svg.circle(
+          {at, y(value)}, std::clamp(step * 0.11, 1.3, 3.4), fmt::format("dot {}", channel),
+          fmt::format("{} ± {} /sr, fit {}; θh {:.2f}°, θd {:.2f}°, φd {:.2f}°", number(value),
+                      number(sigma), number(s.fitted_per_sr[c]), sample.direction.theta_h.degrees(),
+                      sample.direction.theta_d.degrees(), sample.direction.phi_d.degrees()));
     } else {
       // Dark or negative: a tick that points off the axis.
       svg.polyline({{at - 3.0, kBottom - 6.0}, {at, kBottom - 1.0}, {at + 3.0, kBottom - 6.0}},
