@@ -11,7 +11,8 @@
 namespace gonio::brdf {
 
 // Every model is reciprocal, non-negative and, with parameters in the stated range, reflects no
-// more than it receives. Constructors throw std::invalid_argument for parameters out of range.
+// more than it receives; ShiftedGamma and AbcLobe with its own A are fits and leave that to the
+// caller. Constructors throw std::invalid_argument for parameters out of range.
 
 /// Weighted sum of models.
 class Mixture final : public BrdfModel {

@@ -57,7 +57,7 @@ class AbcLobe final : public BrdfModel {
 class ShiftedGamma final : public BrdfModel {
  public:
   struct Parameters {
-    Rgb rho;
+    Rgb rho;    ///< >= 0; the source divides by pi, so up to pi / 4 keeps a narrow lobe's energy
     Rgb alpha;  ///< > 0
     Rgb p;      ///< shape, in [0, 2]
     Rgb f0;
