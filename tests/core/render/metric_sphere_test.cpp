@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -108,6 +109,50 @@ TEST(MetricSphere, ReadsTheHighlightWhereMirrorReflectionPutsIt) {
   constexpr double kLobe = 0.09;  // sin 4.4 deg and a pixel
   EXPECT_NEAR(x_of_brightest, half.x(), kLobe);
   EXPECT_NEAR(y_of_brightest, half.y(), kLobe);
+}
+
+/// Smooth, and different for phi_d and -phi_d but for reciprocity, which the lattice has built in.
+Rgb skew(const brdf::HalfDiff& a) {
+  const double tilt = sin(a.theta_h) * sin(a.theta_d);
+  const double twice = 2.0 * a.phi_d.radians();
+  return {1.0 + 0.8 * std::cos(twice) * tilt, 1.0 + 0.8 * std::sin(twice) * tilt, 0.5};
+}
+
+TEST(MetricSphere, AgreesWithPlainSumsForAMaterialOfAllAngles) {
+  BrdfTable table(IndexConvention::bin_centre, RadiometricScale::si);
+  for (std::size_t cell = 0; cell < brdf::lattice::kCells; ++cell) {
+    table.set_value(cell, skew(brdf::lattice::angles_of(brdf::lattice::index_from_cell(cell))));
+  }
+  const SphereRadiance picture =
+      MetricSphere::shared(MetricLighting::a, IndexConvention::bin_centre).render(table);
+  constexpr double kHalfACell = 5e-3;  // half a degree of each angle, averaged over many lights
+  std::size_t pixel = 0;
+  int compared = 0;
+  for (int row = 0; row < 96; ++row) {
+    for (int column = 0; column < 96; ++column) {
+      const double x = -1.0 + (column + 0.5) / 48.0;
+      const double y = 1.0 - (row + 0.5) / 48.0;
+      if (x * x + y * y >= 0.995) continue;
+      const auto at = static_cast<Eigen::Index>(pixel++);
+      if (at % 211 != 0) continue;
+      const Eigen::Vector3d n(x, y, std::sqrt(1.0 - x * x - y * y));
+      const Eigen::Vector3d t = Eigen::Vector3d(n.z(), 0.0, -n.x()).normalized();
+      const Eigen::Vector3d b = n.cross(t);
+      const Eigen::Vector3d wo = Eigen::Vector3d(t.z(), b.z(), n.z()).normalized();
+      Rgb expected = Rgb::Zero();
+      for (const DirectionalLight& light : lights_of(MetricLighting::a)) {
+        const Eigen::Vector3d& d = light.direction;
+        if (n.dot(d) <= 0.01) continue;
+        const Eigen::Vector3d wi = Eigen::Vector3d(t.dot(d), b.dot(d), n.dot(d)).normalized();
+        expected += skew(brdf::half_diff_from_directions({wi, wo})) * (wi.z() * light.irradiance);
+      }
+      for (int c = 0; c < 3; ++c) {
+        ASSERT_NEAR(picture(c, at), expected[c], kHalfACell * expected[c]) << x << ' ' << y;
+      }
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 30);
 }
 
 TEST(MetricSphere, LeavesACellThatIsInvalidInEitherOutOfBoth) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -39,6 +40,15 @@ class Lobe final : public BrdfModel {
   double width_;
 };
 
+/// Changes with all three angles, and differently for phi_d and -phi_d.
+class Skew final : public BrdfModel {
+  Rgb evaluate_visible(const ShadingGeometry& g) const override {
+    const double tilt = g.sin_theta_h * g.sin_theta_d;
+    return Rgb(1.0 + 0.8 * g.cos_phi_d * tilt, 1.0 + 0.8 * g.sin_phi_d * tilt,
+               1.0 + std::sin(g.half_diff.phi_d.radians() + g.half_diff.theta_h.radians()) * tilt);
+  }
+};
+
 Eigen::Vector3d normal_of_pixel(int x, int y) {
   const double radius = kSize / 2.0 - 1.0;
   const double px = (x + 0.5 - kSize / 2.0) / radius;
@@ -50,13 +60,17 @@ const Eigen::Array3f& pixel(const SpherePicture& picture, int x, int y) {
   return picture.radiance[static_cast<std::size_t>(y * picture.size + x)];
 }
 
+/// A right-handed frame on the surface: the pair as the material sees it.
+brdf::DirectionPair on_surface(const Eigen::Vector3d& wi, const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d t = Eigen::Vector3d(normal.z(), 0.0, -normal.x()).normalized();
+  const Eigen::Vector3d b = normal.cross(t);
+  return {Eigen::Vector3d(t.dot(wi), b.dot(wi), normal.dot(wi)).normalized(),
+          Eigen::Vector3d(t.z(), b.z(), normal.z()).normalized()};
+}
+
 /// The studio's light reflected at one point, by plain midpoint sums over all directions.
 Rgb reflected_studio(const BrdfModel& model, const Eigen::Vector3d& normal) {
   constexpr int kPolar = 360;
-  const Eigen::Vector3d t = Eigen::Vector3d(normal.z(), 0.0, -normal.x()).normalized();
-  const Eigen::Vector3d b(normal.y() * t.z() - normal.z() * t.y(),
-                          normal.z() * t.x() - normal.x() * t.z(),
-                          normal.x() * t.y() - normal.y() * t.x());
   Rgb sum = Rgb::Zero();
   const double step = std::numbers::pi / kPolar;
   for (int i = 0; i < kPolar; ++i) {
@@ -67,9 +81,8 @@ Rgb reflected_studio(const BrdfModel& model, const Eigen::Vector3d& normal) {
                                std::sin(theta) * std::sin(phi));
       const double cosine = wi.dot(normal);
       if (cosine <= 0.0) continue;
-      const brdf::DirectionPair pair{Eigen::Vector3d(t.dot(wi), b.dot(wi), cosine).normalized(),
-                                     Eigen::Vector3d(t.z(), b.z(), normal.z()).normalized()};
-      sum += model.evaluate(pair) * studio_radiance(wi) * (cosine * std::sin(theta) * step * step);
+      sum += model.evaluate(on_surface(wi, normal)) * studio_radiance(wi) *
+             (cosine * std::sin(theta) * step * step);
     }
   }
   return sum;
@@ -95,6 +108,36 @@ TEST(StudioSphere, AgreesWithPlainIntegrationForAGlossySphere) {
     const Rgb expected = reflected_studio(lobe, normal_of_pixel(x, y));
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(pixel(picture, x, y)[c], expected[c], kQuadrature * expected[c]) << x << ' ' << y;
+    }
+  }
+}
+
+TEST(StudioSphere, AgreesWithPlainIntegrationForAModelOfAllAngles) {
+  const Skew skew;
+  const SpherePicture picture = render_sphere(skew, PictureLighting::studio, kSize);
+  constexpr double kQuadrature = 0.02;
+  for (const auto& [x, y] : {std::pair{20, 14}, {50, 36}}) {
+    const Rgb expected = reflected_studio(skew, normal_of_pixel(x, y));
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(pixel(picture, x, y)[c], expected[c], kQuadrature * expected[c]) << x << ' ' << y;
+    }
+  }
+}
+
+TEST(LampSphere, AgreesWithPlainSumsForAModelOfAllAngles) {
+  const Skew skew;
+  const SpherePicture picture = render_sphere(skew, PictureLighting::b, kSize);
+  constexpr double kLampPoints = 2e-3;  // lamps are averaged over the pixel, not so here
+  for (const auto& [x, y] : {std::pair{20, 14}, {50, 36}, {32, 50}}) {
+    const Eigen::Vector3d normal = normal_of_pixel(x, y);
+    Rgb expected = Rgb::Zero();
+    for (const DirectionalLight& light : lights_of(MetricLighting::b)) {
+      const double cosine = normal.dot(light.direction);
+      if (cosine <= 0.0) continue;
+      expected += skew.evaluate(on_surface(light.direction, normal)) * (cosine * light.irradiance);
+    }
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(pixel(picture, x, y)[c], expected[c], kLampPoints * expected[c]) << x << ' ' << y;
     }
   }
 }
