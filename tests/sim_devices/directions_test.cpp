@@ -135,6 +135,18 @@ TEST(SimCameraDirections, TangentialDistortionShiftsBothEdgesTheSameWay) {
   EXPECT_EQ(first_lit_column(frame), -72);
 }
 
+TEST(SimCameraDirections, TangentialDistortionShiftsUpperAndLowerEdgeTheSameWay) {
+  SimOptions options = small_sample();
+  options.camera.p1 = 0.5;
+  SimGoniometer world(options);
+  const auto frame = picture(world, {60.0_deg, 0.0_deg, 0.0_deg});
+  // y + 3 p1 y^2, down is positive: 85.68 and -72.15 px
+  EXPECT_GT(dn(frame, kCentreRow + 85, kCentreColumn), 200.0);
+  EXPECT_LT(dn(frame, kCentreRow + 86, kCentreColumn), 30.0);
+  EXPECT_GT(dn(frame, kCentreRow - 72, kCentreColumn), 200.0);
+  EXPECT_LT(dn(frame, kCentreRow - 73, kCentreColumn), 30.0);
+}
+
 TEST(SimCameraDirections, RefusesADistortionThatFoldsTheImage) {
   SimOptions options = small_sample();
   options.camera.k1 = -60.0;

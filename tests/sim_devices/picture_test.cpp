@@ -156,6 +156,29 @@ TEST(SimCamera, LampFieldFallsOffByTheTangentFromItsAxis) {
   EXPECT_NEAR(vertical, 1.0, 0.003);
 }
 
+TEST(SimCamera, LampFieldHasItsOwnRightAndDown) {
+  SimOptions options = ideal_options(0.5);
+  options.lamp.field = {2.0, 3.0, 0.0, 40.0, 0.0};
+  SimGoniometer bent(options);
+  SimGoniometer even(ideal_options(0.5));
+  // The plate faces the lamp 7.5 deg aside, so the sample's x is the lamp's x and its y the lamp's
+  // -y, 500 mm away. 80 px up is 20.2752 mm up; 80 px right is 20.6073 mm to the right, where 80 px
+  // up is 20.4310 mm up.
+  const std::vector<Angle> facing{7.5_deg, 7.5_deg, 0.0_deg};
+  const auto with = picture(bent, facing, 40ms);
+  const auto without = picture(even, facing, 40ms);
+  const auto ratio = [&](int up, int right) {
+    const int row = kCentreRow - up;
+    const int column = kCentreColumn + right;
+    return (with.at(row, column) - 64.0) / (without.at(row, column) - 64.0);
+  };
+  constexpr double kRatio = 0.0015;  // rounding and shot noise of two values near 2000 DN
+  EXPECT_NEAR(ratio(80, 0), 1.0 - 3.0 * 0.0405503, kRatio);
+  EXPECT_NEAR(ratio(-80, 0), 1.0 + 3.0 * 0.0405503, kRatio);
+  EXPECT_NEAR(ratio(0, 80), 1.0 + 2.0 * 0.0412146, kRatio);
+  EXPECT_NEAR(ratio(80, 80), 0.892479, kRatio);  // 1 + .082429 - .122586 - 40 * .0412146 * .040862
+}
+
 TEST(SimCamera, ChangerPutsTheWhiteTileInThePlane) {
   SimOptions options = ideal_options(0.05);
   SimGoniometer world(options);

@@ -100,6 +100,8 @@ TEST(SimRotationStage, NewTargetIsReachedFromWhereTheOldMoveBrakes) {
   stage.begin_move_to(60.0_deg);
   world.clock().wait_until(start + 1s);
   stage.begin_move_to(10.0_deg);  // brakes to 20 deg in 0.5 s, then 10 deg back in 1 s
+  world.clock().wait_until(start + 1250ms);
+  EXPECT_NEAR(true_deg(world), 18.75, kRoundingDeg);  // 15 + 20 / 4 - 20 / 16
   stage.wait_until_settled(kPatience);
   EXPECT_NEAR(true_deg(world), 10.0, kRoundingDeg);
   EXPECT_EQ(world.clock().now() - start, 1s + 500ms + 1s + 300ms);
