@@ -42,8 +42,22 @@ Eigen::MatrixXd jacobian_of(const DirectionJacobian& at, double psi) {
   return jacobian;
 }
 
-/// argmin |J x + r|^2 + damping |D x|^2, D = column norms of J.
-Eigen::VectorXd damped_step(const Eigen::MatrixXd& jacobian, const Residual& r, double damping) {
+/// What one radian of each unknown is worth as a turn: 1, but for slides what it turns directions
+/// by, since their screws make many turns.
+Eigen::VectorXd turns_per_radian(const RigDescription& rig, const Eigen::MatrixXd& jacobian) {
+  Eigen::VectorXd turns = Eigen::VectorXd::Ones(jacobian.cols());
+  for (const Chain* chain : {&rig.camera, &rig.lamp, &rig.sample}) {
+    for (const ChainLink& link : chain->links) {
+      const auto k = static_cast<Eigen::Index>(link.axis);
+      if (link.lead_mm_per_turn != 0.0) turns[k] = jacobian.col(k).norm();
+    }
+  }
+  return turns;
+}
+
+/// argmin |J x + r|^2 + damping |D x|^2, D = column norms of J; shortened to kMaxStep.
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& turns,
+                            const Residual& r, double damping) {
   const Eigen::Index unknowns = jacobian.cols();
   const double floor = 1e-6 * jacobian.colwise().norm().maxCoeff();  // joints without effect
   Eigen::MatrixXd stacked = Eigen::MatrixXd::Zero(6 + unknowns, unknowns);
@@ -54,7 +68,7 @@ Eigen::VectorXd damped_step(const Eigen::MatrixXd& jacobian, const Residual& r, 
   Eigen::VectorXd right = Eigen::VectorXd::Zero(6 + unknowns);
   right.head(6) = -r;
   Eigen::VectorXd step = stacked.colPivHouseholderQr().solve(right);
-  const double longest = step.cwiseAbs().maxCoeff();
+  const double longest = step.cwiseProduct(turns).cwiseAbs().maxCoeff();
   if (longest > kMaxStep) step *= kMaxStep / longest;
   return step;
 }
@@ -94,10 +108,11 @@ NumericSolution descend(const RigDescription& rig, const brdf::DirectionPair& ta
   double damping = kFirstDamping;
   for (int i = 0; i < kMaxIterations && r.norm() > kRounding && damping < kMaxDamping; ++i) {
     const Eigen::MatrixXd jacobian = jacobian_of(direction_jacobian(rig, joints), psi);
+    const Eigen::VectorXd turns = turns_per_radian(rig, jacobian);
     // Steps that make it worse cost only residuals, not another Jacobian.
     bool improved = false;
     while (!improved && damping < kMaxDamping) {
-      const Eigen::VectorXd step = damped_step(jacobian, r, damping);
+      const Eigen::VectorXd step = damped_step(jacobian, turns, r, damping);
       const Joints trial = moved(rig, joints, step, within_limits);
       const double trial_psi = psi + step[step.size() - 1];
       const Residual trial_r = residual_of(nominal_directions(rig, trial), trial_psi, target);

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "tour_problem.h"
 
 namespace gonio::rig {
 
-/// Whether the exact method fits into time and memory: at most 15 stops, 2^22 states or so.
+/// Whether the exact method fits into time and memory: at most 15 stops, 2^23 states.
 bool exact_is_affordable(const TourProblem& problem);
 
 /// Optimal nodes by dynamic programming over (visited stops, last node).
@@ -16,7 +15,7 @@ bool exact_is_affordable(const TourProblem& problem);
 std::vector<int> exact_tour(const TourProblem& problem);
 
 /// Good nodes by iterated local search from several constructions.
-std::vector<int> searched_tour(const TourProblem& problem, std::uint64_t seed);
+std::vector<int> searched_tour(const TourProblem& problem, const TourOptions& options);
 
 /// A time no tour can beat: 1-trees over least costs between stops, with node penalties raised by
 /// subgradient steps. `reachable_s` is the cost of a known tour.

@@ -8,6 +8,7 @@ TourPath::TourPath(const TourProblem& problem, const std::vector<int>& nodes)
     : problem_(&problem),
       nodes_{0},
       positions_(static_cast<std::size_t>(problem.stop_count()), 0),
+      steps_(nodes.size() + 1, 0.0),
       forward_(nodes.size() + 1, 0.0),
       backward_(nodes.size() + 1, 0.0) {
   nodes_.insert(nodes_.end(), nodes.begin(), nodes.end());
@@ -21,7 +22,8 @@ void TourPath::refresh(int first, int last) {
   const double backward_before = backward_[end];
   for (auto k = static_cast<std::size_t>(first); k <= end; ++k) {
     positions_[static_cast<std::size_t>(problem_->stop_of(nodes_[k]))] = static_cast<int>(k);
-    forward_[k] = forward_[k - 1] + problem_->cost(nodes_[k - 1], nodes_[k]);
+    steps_[k - 1] = problem_->cost(nodes_[k - 1], nodes_[k]);
+    forward_[k] = forward_[k - 1] + steps_[k - 1];
     // Nothing ever runs back into the start, so that way has no price.
     backward_[k] = backward_[k - 1] + (k == 1 ? 0.0 : problem_->cost(nodes_[k], nodes_[k - 1]));
   }
@@ -33,29 +35,9 @@ void TourPath::refresh(int first, int last) {
   }
 }
 
-double TourPath::turned_minus_straight(int first, int last) const {
-  const auto f = static_cast<std::size_t>(first);
-  const auto l = static_cast<std::size_t>(last);
-  return (backward_[l] - backward_[f]) - (forward_[l] - forward_[f]);
-}
-
-double TourPath::reversal_gain(int first, int last) const {
-  const int before = node(first - 1);
-  return problem_->cost(before, node(last)) + edge(node(first), last + 1) - step(first - 1) -
-         step(last) + turned_minus_straight(first, last);
-}
-
 void TourPath::reverse(int first, int last) {
   std::reverse(nodes_.begin() + first, nodes_.begin() + last + 1);
   refresh(first, last);
-}
-
-double TourPath::move_gain(int first, int last, int after, bool turned) const {
-  const double closed = edge(node(first - 1), last + 1) - step(first - 1) - step(last);
-  const int head = turned ? node(last) : node(first);
-  const int tail = turned ? node(first) : node(last);
-  const double opened = problem_->cost(node(after), head) + edge(tail, after + 1) - step(after);
-  return closed + opened + (turned ? turned_minus_straight(first, last) : 0.0);
 }
 
 void TourPath::move(int first, int last, int after, bool turned) {

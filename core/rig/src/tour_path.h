@@ -27,15 +27,27 @@ class TourPath {
     return to_position > size() ? 0.0 : problem_->cost(from_node, node(to_position));
   }
   /// Cost of the step from a position to the next.
-  double step(int position) const { return edge(node(position), position + 1); }
+  double step(int position) const { return steps_[static_cast<std::size_t>(position)]; }
 
   /// Change of cost by turning round the piece [first, last].
-  double reversal_gain(int first, int last) const;
+  double reversal_gain(int first, int last) const {
+    return problem_->cost(node(first - 1), node(last)) + edge(node(first), last + 1) -
+           step(first - 1) - step(last) + turned_minus_straight(first, last);
+  }
   void reverse(int first, int last);
 
-  /// Change of cost by taking out the piece [first, last] and putting it behind position `after`
+  /// Change of cost by taking out the piece [first, last] and closing the gap.
+  double removal_gain(int first, int last) const {
+    return edge(node(first - 1), last + 1) - step(first - 1) - step(last);
+  }
+  /// Change of cost by putting the piece [first, last], taken out, behind position `after`
   /// (outside the piece), turned round or not.
-  double move_gain(int first, int last, int after, bool turned) const;
+  double insertion_gain(int first, int last, int after, bool turned) const {
+    const int head = turned ? node(last) : node(first);
+    const int tail = turned ? node(first) : node(last);
+    return problem_->cost(node(after), head) + edge(tail, after + 1) - step(after) +
+           (turned ? turned_minus_straight(first, last) : 0.0);
+  }
   void move(int first, int last, int after, bool turned);
 
   /// Change of cost by another pose of the stop at a position.
@@ -43,12 +55,17 @@ class TourPath {
   void set_pose(int position, int other_node);
 
  private:
-  double turned_minus_straight(int first, int last) const;
+  double turned_minus_straight(int first, int last) const {
+    const auto f = static_cast<std::size_t>(first);
+    const auto l = static_cast<std::size_t>(last);
+    return (backward_[l] - backward_[f]) - (forward_[l] - forward_[f]);
+  }
   void refresh(int first, int last);
 
   const TourProblem* problem_;  // not owned; a pointer so that paths can be assigned
   std::vector<int> nodes_;
   std::vector<int> positions_;
+  std::vector<double> steps_;     // cost from position k to the next; 0 behind the end
   std::vector<double> forward_;   // cost of positions 0..k
   std::vector<double> backward_;  // the same run from k to 0
 };

@@ -53,6 +53,7 @@ TourProblem::TourProblem(const TravelModel& travel, const Joints& start,
       table[i * nodes + j] = computed_cost(static_cast<int>(i), static_cast<int>(j));
     }
   }
+  stride_ = nodes;
   table_ = std::move(table);
 }
 

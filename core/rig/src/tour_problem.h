@@ -24,9 +24,9 @@ class TourProblem {
 
   /// Seconds from one node to another; not symmetric in general.
   double cost(int from, int to) const {
-    return table_.empty() ? computed_cost(from, to)
-                          : table_[static_cast<std::size_t>(from) * joints_.size() +
-                                   static_cast<std::size_t>(to)];
+    return table_.empty()
+               ? computed_cost(from, to)
+               : table_[static_cast<std::size_t>(from) * stride_ + static_cast<std::size_t>(to)];
   }
 
   /// Least cost between any poses of two stops, either way; -1 is the start.
@@ -48,6 +48,7 @@ class TourProblem {
   std::vector<std::size_t> caller_stop_;         // by stop
   std::vector<std::size_t> caller_alternative_;  // by node
   std::vector<std::size_t> blocked_;
+  std::size_t stride_ = 0;     // of the table: number of nodes
   std::vector<double> table_;  // empty when it would be too large
 };
 

@@ -16,6 +16,8 @@ constexpr double kImprovement_s = 1e-9;  // changes below it are rounding
 constexpr int kLongestMovedPiece = 3;
 constexpr int kMaxNeighbours = 10;
 constexpr int kMaxKickPiece = 30;
+constexpr int kMinKicks = 2000;
+constexpr int kMaxKicks = 60000;
 constexpr int kKicksBetweenPoseChoices = 200;
 
 /// The nearest stops of every stop, by least travel time.
@@ -146,11 +148,14 @@ class LocalSearch {
       for (const int first : {p, p - length + 1}) {
         const int last = first + length - 1;
         if (first < 1 || last > path.size() || (target >= first && target <= last)) continue;
+        // Putting it back in costs time, travel times being a metric.
+        const double removal = path.removal_gain(first, last);
+        if (removal >= best.gain) continue;
         for (const int after : {target - 1, target}) {
           if (after >= first - 1 && after <= last) continue;  // where it already is
           for (const bool turned : {false, true}) {
             if (turned && length == 1) continue;
-            const double gain = path.move_gain(first, last, after, turned);
+            const double gain = removal + path.insertion_gain(first, last, after, turned);
             if (gain < best.gain) best = {Change::Kind::move, first, last, after, turned, gain};
           }
         }
@@ -260,12 +265,9 @@ void kick(const TourProblem& problem, TourPath& path, LocalSearch& search, rando
   }
 }
 
-/// Kicks in proportion to the stops: about 2 s for 200 and 10 s for 1,000.
-int kicks_for(int stops) { return std::clamp(100 * stops, 2000, 100000); }
-
 }  // namespace
 
-std::vector<int> searched_tour(const TourProblem& problem, std::uint64_t seed) {
+std::vector<int> searched_tour(const TourProblem& problem, const TourOptions& options) {
   const int n = problem.stop_count();
   if (n < 3) return exact_tour(problem);
   const Neighbours neighbours(problem);
@@ -283,8 +285,8 @@ std::vector<int> searched_tour(const TourProblem& problem, std::uint64_t seed) {
       *std::min_element(starts.begin(), starts.end(),
                         [](const TourPath& a, const TourPath& b) { return a.cost() < b.cost(); });
 
-  random::Stream stream(random::make_key(seed, "rig.tour"));
-  const int kicks = kicks_for(n);
+  random::Stream stream(random::make_key(options.seed, "rig.tour"));
+  const int kicks = std::clamp(options.kicks_per_stop * n, kMinKicks, kMaxKicks);
   TourPath trial = current;
   for (int i = 0; i < kicks; ++i) {
     trial = current;

@@ -67,14 +67,25 @@ struct Tour {
   std::vector<std::size_t> blocked;
 };
 
+/// How much work shortest_tour() may do.
+struct TourOptions {
+  std::uint64_t seed = 1;
+  int exact_up_to = 15;     ///< stops; above (or with very many poses) local search
+  int kicks_per_stop = 80;  ///< of the local search, 2,000 to 60,000 kicks in all
+};
+
 /// Shortest open tour over sets of alternatives: exact (Held-Karp) for up to 15 stops, otherwise
 /// local search (2-opt, Or-opt, branch choice by shortest path, double-bridge kicks) with a
 /// Held-Karp-ascent lower bound. Deterministic for a seed; work is bounded by iterations.
 ///
-/// Cost     15 stops with 2 poses: some 10 ms; 200 stops about 2 s, 1000 stops about 10 s.
+/// Cost     15 stops with 2 poses some 10 ms; on one core 200 stops about 1 s, 1000 stops 8 s.
+///          Costs between up to 4,096 poses are kept (128 MiB), more are computed anew.
 /// Throws   std::invalid_argument for a stop without alternatives.
-/// Source   Held and Karp, "The Traveling-Salesman Problem and Minimum Spanning Trees", Operations
-///          Research 18, 1970 (bound) and J. SIAM 10, 1962 (exact).
+/// Source   Held and Karp, "A Dynamic Programming Approach to Sequencing Problems", J. SIAM 10,
+///          1962 (exact), and "The Traveling-Salesman Problem and Minimum Spanning Trees",
+///          Operations Research 18, 1970 (bound).
+Tour shortest_tour(const TravelModel& travel, const Joints& start,
+                   const std::vector<TourStop>& stops, const TourOptions& options);
 Tour shortest_tour(const TravelModel& travel, const Joints& start,
                    const std::vector<TourStop>& stops, std::uint64_t seed = 1);
 
