@@ -178,13 +178,20 @@ TEST(Tour, NeverCrossesAKeepOut) {
   rig.keep_outs = {{"post", {{0, deg(60.0), deg(80.0)}, {2, deg(1.0), deg(90.0)}}}};
   const TravelModel travel(rig);
   for (const int n : {12, 30}) {
-    const auto stops = random_stops(rig, n, {true, false, false}, 31);
+    // Tilted stops on both sides of the post, so that somebody has to get past it.
+    std::vector<TourStop> stops;
+    test::Random random(31);
+    for (int i = 0; i < n; ++i) {
+      const double arm = i % 2 == 0 ? random.uniform(10.0, 59.0) : random.uniform(81.0, 160.0);
+      const double azimuth = random.uniform(-60.0, 60.0);
+      stops.push_back({{{test::joints({arm, azimuth, random.uniform(5.0, 60.0)})}}, 0.0});
+    }
     const Tour tour = shortest_tour(travel, rig.home(), stops);
     EXPECT_TRUE(tour.blocked.empty());
     expect_consistent(tour, travel, rig.home(), stops);
     const bool around = std::any_of(tour.visits.begin(), tour.visits.end(),
                                     [](const TourVisit& v) { return !v.via.empty(); });
-    EXPECT_TRUE(around);  // the post stands in somebody's way, or this test shows nothing
+    EXPECT_TRUE(around);
   }
 }
 
