@@ -14,6 +14,8 @@ constexpr double kLeastSignal_dn = 20.0;
 constexpr double kAimedFraction = 0.6;
 constexpr double kSafeFraction = 0.95;
 constexpr double kLongestStep = 64.0;
+/// A spot with less than three sigmas of signal is a bound, not a value.
+constexpr double kDarkRelativeSigma = 1.0 / 3.0;
 
 struct RegionReading {
   double mean_dn = 0.0;     ///< above black
@@ -39,14 +41,13 @@ std::vector<RegionReading> read_regions(const devices::Frame& frame, const Regio
 }
 
 /// Signal above black at which a region's mean has the wanted relative sigma.
-double wanted_signal_dn(const instrument::SensorModel& sensor, double relative_sigma,
-                        double pixels) {
+double signal_dn(const instrument::SensorModel& sensor, double relative_sigma, double pixels) {
   const double k = sensor.gain_dn_per_e;
   const double read_variance = k * k * sensor.read_noise_e * sensor.read_noise_e + 1.0 / 12.0;
   const double a = relative_sigma * relative_sigma * pixels;
   // a x^2 = read_variance + k x
   const double x = (k + std::sqrt(k * k + 4.0 * a * read_variance)) / (2.0 * a);
-  return std::max(x, kLeastSignal_dn);
+  return x;
 }
 
 std::chrono::nanoseconds scaled(std::chrono::nanoseconds exposure, double factor) {
@@ -67,7 +68,8 @@ Regions regions_of(const instrument::Instrument& instrument, const rig::RigPose&
           (geometry->point_in_sample_mm.head<2>() - centre_mm) / half_width_mm;
       if (place.cwiseAbs().maxCoeff() >= 1.0) continue;
       const auto index = [&](double coordinate) {
-        return static_cast<int>((coordinate + 1.0) / 2.0 * grid);
+        // Rounding may carry a coordinate just below 1 over the last border.
+        return std::min(grid - 1, static_cast<int>((coordinate + 1.0) / 2.0 * grid));
       };
       regions[static_cast<std::size_t>(index(place.y()) * grid + index(place.x()))].push_back(
           static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
@@ -135,9 +137,12 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
   // A region of the target is larger than the spot that becomes a sub-sample.
   const double spot_fraction =
       std::min(1.0, std::pow(3.0 * options.spot_half_width_mm / options.sample_half_width_mm, 2));
+  const auto spot_pixels = [&](const RegionReading& reading) {
+    return std::max(1.0, spot_fraction * reading.pixels);
+  };
   const auto wanted_dn = [&](const RegionReading& reading) {
-    return wanted_signal_dn(instrument.sensor, options.relative_sigma,
-                            std::max(1.0, spot_fraction * reading.pixels));
+    return std::max(kLeastSignal_dn,
+                    signal_dn(instrument.sensor, options.relative_sigma, spot_pixels(reading)));
   };
   const auto needed_factor = [&] {
     double factor = 1.0;
@@ -151,24 +156,27 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
   while (longest < longest_allowed && taken < options.max_exposures) {
     const double factor = needed_factor();
     if (factor <= 1.0) break;
-    longest = std::min(longest_allowed,
-                       scaled(longest, std::max(options.bracket_ratio, 1.2 * factor)));
+    longest =
+        std::min(longest_allowed, scaled(longest, std::max(options.bracket_ratio, 1.2 * factor)));
     longest_readings = expose(longest);
     update_rates(longest_readings, longest);
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
-    if (rates_dn_per_s[i] * seconds(longest) < wanted_dn(readings[i])) ++result.dark_regions;
+    if (rates_dn_per_s[i] * seconds(longest) <
+        signal_dn(instrument.sensor, kDarkRelativeSigma, spot_pixels(readings[i]))) {
+      ++result.dark_regions;
+    }
   }
 
   result.longest = longest;
   const auto brightest = std::max_element(
-      readings.begin(), readings.end(), [](const RegionReading& a, const RegionReading& b) {
-        return a.maximum_dn < b.maximum_dn;
-      });
+      readings.begin(), readings.end(),
+      [](const RegionReading& a, const RegionReading& b) { return a.maximum_dn < b.maximum_dn; });
   const double above_black = brightest->maximum_dn - instrument.sensor.black_level_dn;
-  result.start = above_black > kLeastSignal_dn && brightest->maximum_dn < kSafeFraction * saturation_dn
-                     ? scaled(shortest, kAimedFraction * saturation_dn / above_black)
-                     : shortest;
+  result.start =
+      above_black > kLeastSignal_dn && brightest->maximum_dn < kSafeFraction * saturation_dn
+          ? scaled(shortest, kAimedFraction * saturation_dn / above_black)
+          : shortest;
   return result;
 }
 

@@ -20,8 +20,8 @@ Regions regions_of(const instrument::Instrument& instrument, const rig::RigPose&
 struct BracketResult {
   std::chrono::nanoseconds start{0};  ///< a good first exposure at the same light level
   std::chrono::nanoseconds longest{0};
-  int saturated_regions = 0;          ///< even at the shortest exposure
-  int dark_regions = 0;               ///< below the wanted precision even at the longest
+  int saturated_regions = 0;  ///< even at the shortest exposure
+  int dark_regions = 0;       ///< below three sigmas even at the longest
   int regions = 0;
 };
 

@@ -21,11 +21,9 @@ bool may_help_to_retry(devices::DeviceErrc code) {
 GuardedDevices::GuardedDevices(const DeviceSet& devices, const rig::RigDescription& rig,
                                const SessionOptions& options, SessionWriter& archive,
                                std::stop_token stop)
-    : devices_(devices),
-      options_(options),
-      archive_(archive),
-      stop_(stop),
-      on_stop_(stop, [this] { make_safe(devices_); }) {
+    : devices_(devices), options_(options), archive_(archive), stop_(stop), on_stop_(stop, [this] {
+        make_safe(devices_);
+      }) {
   for (const rig::Axis& axis : rig.axes) overshoots_.push_back(axis.approach_overshoot);
   devices_.light->close_shutter();
 }
@@ -96,21 +94,20 @@ devices::Frame GuardedDevices::capture(std::chrono::nanoseconds exposure) {
   retrying([&] {
     frame = devices_.camera->capture(exposure);
     const devices::CameraInfo info = devices_.camera->info();
-    const auto expected = static_cast<std::size_t>(info.width_px) *
-                          static_cast<std::size_t>(info.height_px);
+    const auto expected =
+        static_cast<std::size_t>(info.width_px) * static_cast<std::size_t>(info.height_px);
     if (frame.width_px != info.width_px || frame.height_px != info.height_px ||
         frame.pixel_format != info.pixel_format || frame.pixels_dn.size() != expected) {
-      throw devices::DeviceError(devices::DeviceErrc::Protocol, devices_.camera->name(),
-                                 fmt::format("frame {} has another size or format than {} x {} {}",
-                                             frame.frame_id, info.width_px, info.height_px,
-                                             devices::to_string(info.pixel_format)));
+      throw devices::DeviceError(
+          devices::DeviceErrc::Protocol, devices_.camera->name(),
+          fmt::format("frame {} has another size or format than {} x {} {}", frame.frame_id,
+                      info.width_px, info.height_px, devices::to_string(info.pixel_format)));
     }
     const auto difference = std::chrono::abs(frame.exposure - exposure);
     if (difference > kExposureTolerance && difference * 100 > exposure) {
-      throw devices::DeviceError(
-          devices::DeviceErrc::Protocol, devices_.camera->name(),
-          fmt::format("asked to expose {} ns, the frame says {} ns", exposure.count(),
-                      frame.exposure.count()));
+      throw devices::DeviceError(devices::DeviceErrc::Protocol, devices_.camera->name(),
+                                 fmt::format("asked to expose {} ns, the frame says {} ns",
+                                             exposure.count(), frame.exposure.count()));
     }
     if (last_frame_id_ && frame.frame_id == *last_frame_id_) {
       throw devices::DeviceError(devices::DeviceErrc::Protocol, devices_.camera->name(),

@@ -94,13 +94,15 @@ Journal Journal::create(const std::filesystem::path& path) {
                           kSchemaVersion));
   std::string schema = "BEGIN;";
   for (const auto& [table, columns] : tables()) {
-    schema += fmt::format("CREATE TABLE {} (number INTEGER PRIMARY KEY, {} TEXT NOT NULL, "
-                          "checksum TEXT NOT NULL);",
-                          table, fmt::join(columns, " TEXT NOT NULL, "));
+    schema += fmt::format(
+        "CREATE TABLE {} (number INTEGER PRIMARY KEY, {} TEXT NOT NULL, "
+        "checksum TEXT NOT NULL);",
+        table, fmt::join(columns, " TEXT NOT NULL, "));
     for (const char* change : {"UPDATE", "DELETE"}) {
-      schema += fmt::format("CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN "
-                            "SELECT RAISE(ABORT, 'rows of a session are never changed'); END;",
-                            table, change);
+      schema += fmt::format(
+          "CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN "
+          "SELECT RAISE(ABORT, 'rows of a session are never changed'); END;",
+          table, change);
     }
   }
   journal.run(schema + "COMMIT;");
@@ -144,15 +146,13 @@ void Journal::append(std::string_view table, const std::vector<std::string>& val
   }
   std::int64_t number = 0;
   {
-    const Statement last =
-        prepare(fmt::format("SELECT coalesce(max(number), 0) FROM {};", table));
+    const Statement last = prepare(fmt::format("SELECT coalesce(max(number), 0) FROM {};", table));
     if (sqlite3_step(last.get()) != SQLITE_ROW) fail("read");
     number = sqlite3_column_int64(last.get(), 0) + 1;
   }
   std::string marks;
   for (std::size_t i = 0; i < values.size(); ++i) marks += "?, ";
-  const Statement insert =
-      prepare(fmt::format("INSERT INTO {} VALUES (?, {}?);", table, marks));
+  const Statement insert = prepare(fmt::format("INSERT INTO {} VALUES (?, {}?);", table, marks));
   sqlite3_bind_int64(insert.get(), 1, number);
   int place = 2;
   const auto bind = [&](const std::string& text) {
@@ -183,8 +183,7 @@ std::vector<Journal::Row> Journal::rows(std::string_view table) const {
     if (step != SQLITE_ROW) fail("read");
     Row row{sqlite3_column_int64(select.get(), 0), {}, false};
     for (std::size_t i = 0; i < count; ++i) row.values.push_back(text(static_cast<int>(i) + 1));
-    row.intact =
-        text(static_cast<int>(count) + 1) == checksum(table, row.number, row.values);
+    row.intact = text(static_cast<int>(count) + 1) == checksum(table, row.number, row.values);
     result.push_back(std::move(row));
   }
 }

@@ -31,9 +31,9 @@ MeasurementPlan make_plan(const rig::Inverse& inverse,
   plan.travel_s = tour.travel_s;
   plan.lower_bound_s = tour.lower_bound_s;
   plan.exact_order = tour.exact;
-  plan.duration_s =
-      std::accumulate(plan.points.begin(), plan.points.end(), overhead_seconds,
-                      [](double sum, const PlannedPoint& point) { return sum + point.predicted_s; });
+  plan.duration_s = std::accumulate(
+      plan.points.begin(), plan.points.end(), overhead_seconds,
+      [](double sum, const PlannedPoint& point) { return sum + point.predicted_s; });
   return plan;
 }
 

@@ -48,8 +48,7 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
   maps.offset_variance_dn2 =
       dark_frames > 0 ? read_variance_dn2(sensor) / dark_frames : read_variance_dn2(sensor);
   if (lamp_off == nullptr) {
-    maps.rate_dn_per_s.assign(offset_dn.size(),
-                              sensor.gain_dn_per_e * sensor.dark_current_e_per_s);
+    maps.rate_dn_per_s.assign(offset_dn.size(), sensor.gain_dn_per_e * sensor.dark_current_e_per_s);
     return maps;
   }
   const devices::Frame frame = archive.read_frame(*lamp_off);
@@ -78,9 +77,8 @@ ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instr
   for (const devices::Frame& image : images) {
     bracket.push_back({image.pixels_dn, seconds(image.exposure)});
   }
-  signal.merged =
-      instrument::merge_bracket(instrument.sensor, bracket, instrument.camera.width_px,
-                                {background.offset_dn, background.rate_dn_per_s});
+  signal.merged = instrument::merge_bracket(instrument.sensor, bracket, instrument.camera.width_px,
+                                            {background.offset_dn, background.rate_dn_per_s});
   // The maps' own noise is common to the bracket: it is added after the merge.
   const double t = signal.longest_exposure_s;
   const double background_variance =

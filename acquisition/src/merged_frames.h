@@ -9,11 +9,12 @@
 
 namespace gonio::acquisition {
 
-/// What to take off every frame, per pixel: offset from the dark frames, rate from a lamp-off frame.
+/// What to take off every frame, per pixel: offset from the dark frames, rate from a lamp-off
+/// frame.
 struct BackgroundMaps {
   std::vector<double> offset_dn;
   std::vector<double> rate_dn_per_s;
-  double offset_variance_dn2 = 0.0;      ///< of one pixel of the mean dark
+  double offset_variance_dn2 = 0.0;  ///< of one pixel of the mean dark
   double rate_variance_dn2_per_s2 = 0.0;
 };
 
@@ -28,8 +29,8 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
 /// Signal of one lit channel in one pose.
 struct ChannelSignal {
   instrument::MergedSignal merged;
-  double monitor = 0.0;           ///< mean over the frames
-  double time_s = 0.0;            ///< mean start of exposure, session clock
+  double monitor = 0.0;  ///< mean over the frames
+  double time_s = 0.0;   ///< mean start of exposure, session clock
   double longest_exposure_s = 0.0;
   devices::PixelFormat pixel_format = devices::PixelFormat::mono;
 };
@@ -49,7 +50,9 @@ class ColourLayout {
 
   const std::vector<std::string>& channels() const { return channels_; }
   /// Index into channels() of a colour.
-  std::size_t channel_of(int colour) const { return channel_of_.at(static_cast<std::size_t>(colour)); }
+  std::size_t channel_of(int colour) const {
+    return channel_of_.at(static_cast<std::size_t>(colour));
+  }
   bool single(devices::PixelFormat format) const {
     return channels_.size() == 1 && format == devices::PixelFormat::mono;
   }

@@ -101,7 +101,7 @@ void check_before_motion(const DeviceSet& devices, const instrument::Instrument&
 }
 
 rig::PoseSolution white_pose(const rig::Inverse& inverse) {
-  // theta_i = 0 and theta_o = 45: theta_h = theta_d = 22.5, phi_d = 0. Rigs that cannot (a tilt
+  // theta_i = 45 and theta_o = 0: theta_h = theta_d = 22.5, phi_d = 0. Rigs that cannot (a tilt
   // that does not reach, a lamp that may not come so near) take the first that they can.
   for (const double theta_d : {22.5, 20.0, 15.0, 10.0, 30.0, 40.0}) {
     for (const double theta_h : {22.5, 15.0, 7.5, 0.0, 30.0}) {

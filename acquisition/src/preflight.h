@@ -9,8 +9,8 @@ namespace gonio::acquisition {
 void check_before_motion(const DeviceSet& devices, const instrument::Instrument& instrument,
                          const MeasurementPlan& plan, const SessionOptions& options);
 
-/// Where the white is measured: theta_i = 0, theta_o = 45 deg, or the nearest reachable direction
-/// to it. Throws std::invalid_argument when the rig reaches none.
+/// Where the white is measured: 45:0 (theta_i = 45, theta_o = 0 deg), or the nearest reachable
+/// direction to it. Throws std::invalid_argument when the rig reaches none.
 rig::PoseSolution white_pose(const rig::Inverse& inverse);
 
 }  // namespace gonio::acquisition

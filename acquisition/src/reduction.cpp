@@ -88,7 +88,8 @@ Spot spot_at(const instrument::Instrument& instrument, const rig::RigPose& pose,
   spot.expected_pixels = std::abs(spot.expected_pixels);
   const int width = instrument.camera.width_px;
   const int from_row = std::max(0, static_cast<int>(std::floor(first_row)));
-  const int to_row = std::min(instrument.camera.height_px - 1, static_cast<int>(std::ceil(last_row)));
+  const int to_row =
+      std::min(instrument.camera.height_px - 1, static_cast<int>(std::ceil(last_row)));
   const int from_column = std::max(0, static_cast<int>(std::floor(first_column)));
   const int to_column = std::min(width - 1, static_cast<int>(std::ceil(last_column)));
   for (int row = from_row; row <= to_row; ++row) {
@@ -183,13 +184,13 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
 
   for (const auto& [index, frames] : frames_by_point(archive)) {
     if (frames.lit.size() != colours.channels().size()) {
-      reduction.warnings.push_back(
-          fmt::format("point {}: {} of {} channels were taken, left out", index, frames.lit.size(),
-                      colours.channels().size()));
+      reduction.warnings.push_back(fmt::format("point {}: {} of {} channels were taken, left out",
+                                               index, frames.lit.size(),
+                                               colours.channels().size()));
       continue;
     }
-    const BackgroundMaps background = background_maps(archive, instrument.sensor, offset_dn,
-                                                      dark_frames, frames.lamp_off);
+    const BackgroundMaps background =
+        background_maps(archive, instrument.sensor, offset_dn, dark_frames, frames.lamp_off);
     std::vector<ChannelSignal> signals;
     for (const std::string& channel : colours.channels()) {
       signals.push_back(merge_frames(archive, instrument, frames.lit.at(channel), background));
@@ -209,7 +210,8 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
         double sum = 0.0, variance = 0.0, factor = 0.0;
         std::size_t used = 0, bad = 0;
         for (const SpotPixel& pixel : spot.pixels) {
-          if (!ColourLayout::carries(signal.pixel_format, pixel.column, pixel.row, colour)) continue;
+          if (!ColourLayout::carries(signal.pixel_format, pixel.column, pixel.row, colour))
+            continue;
           if (signal.merged.state[pixel.index] != instrument::PixelState::measured) {
             ++bad;
             continue;

@@ -84,11 +84,11 @@ class Session {
     if (options_.white != WhitePlacement::in_frame) devices_.mount(devices::Target::white);
     devices_.move_to(white_joints_);
     const bool in_frame = options_.white == WhitePlacement::in_frame;
-    const Regions regions = regions_of(
-        instrument_, rig::forward(instrument_.rig, devices_.joints()),
-        in_frame ? options_.white_patch_mm : Eigen::Vector2d::Zero(),
-        in_frame ? options_.white_patch_half_width_mm : options_.sample_half_width_mm,
-        in_frame ? 1 : 3);
+    const Regions regions =
+        regions_of(instrument_, rig::forward(instrument_.rig, devices_.joints()),
+                   in_frame ? options_.white_patch_mm : Eigen::Vector2d::Zero(),
+                   in_frame ? options_.white_patch_half_width_mm : options_.sample_half_width_mm,
+                   in_frame ? 1 : 3);
     if (regions.empty()) {
       throw std::invalid_argument("the white reference is not in the camera's view");
     }
@@ -99,7 +99,8 @@ class Session {
       FrameRecord record;
       record.kind = FrameKind::white;
       record.channel = channel.name;
-      auto& start = white_exposure_.try_emplace(channel.name, options_.first_exposure).first->second;
+      auto& start =
+          white_exposure_.try_emplace(channel.name, options_.first_exposure).first->second;
       const BracketResult found =
           take_bracket(devices_, instrument_, options_, regions, start, record, archive_);
       start = found.start;

@@ -87,10 +87,10 @@ devices::Frame shape_of(RowFields& fields) {
   devices::Frame shape;
   shape.width_px = fields.number<int>();
   shape.height_px = fields.number<int>();
-  shape.pixel_format = fields.name({devices::PixelFormat::mono, devices::PixelFormat::bayer_rggb,
-                                    devices::PixelFormat::bayer_grbg,
-                                    devices::PixelFormat::bayer_gbrg,
-                                    devices::PixelFormat::bayer_bggr});
+  shape.pixel_format =
+      fields.name({devices::PixelFormat::mono, devices::PixelFormat::bayer_rggb,
+                   devices::PixelFormat::bayer_grbg, devices::PixelFormat::bayer_gbrg,
+                   devices::PixelFormat::bayer_bggr});
   shape.saturation_level_dn = fields.number<std::uint16_t>();
   shape.black_level_dn = fields.number<double>();
   shape.gain_db = fields.number<double>();
@@ -104,8 +104,8 @@ devices::Frame shape_of(RowFields& fields) {
 FrameRecord frame_record(RowFields& fields, std::int64_t number) {
   FrameRecord record;
   record.id = number;
-  record.kind = fields.name({FrameKind::dark, FrameKind::lamp_off, FrameKind::white,
-                             FrameKind::sample});
+  record.kind =
+      fields.name({FrameKind::dark, FrameKind::lamp_off, FrameKind::white, FrameKind::sample});
   record.point = fields.number<int>();
   record.channel = fields.text();
   record.joints = fields.angles();
@@ -116,8 +116,8 @@ FrameRecord frame_record(RowFields& fields, std::int64_t number) {
   record.camera_frame_id = fields.number<std::uint64_t>();
   record.file = fields.text();
   if (record.file != frame_file_name(number)) {
-    fields.fail(fmt::format("frame file {:?}, expected {:?}", record.file,
-                            frame_file_name(number)));
+    fields.fail(
+        fmt::format("frame file {:?}, expected {:?}", record.file, frame_file_name(number)));
   }
   record.sha256 = fields.text();
   return record;
@@ -133,9 +133,9 @@ PointRecord point_record(RowFields& fields) {
   if (branch.size() != 1) fields.fail(fmt::format("branch {:?}", branch));
   record.branch = branch.front();
   record.joints = fields.angles();
-  record.outcome = fields.name({PointOutcome::Measured, PointOutcome::Saturated,
-                                PointOutcome::TooDark, PointOutcome::Skipped,
-                                PointOutcome::Failed});
+  record.outcome =
+      fields.name({PointOutcome::Measured, PointOutcome::Saturated, PointOutcome::TooDark,
+                   PointOutcome::Skipped, PointOutcome::Failed});
   record.note = fields.text();
   record.finished_at = fields.nanoseconds();
   return record;
@@ -186,12 +186,12 @@ FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& fram
 
 void SessionWriter::append(const PointRecord& record) {
   state_->journal.append(
-      "points", {fmt::format("{}", record.point),
-                 fmt::format("{}", record.commanded.theta_h.degrees()),
-                 fmt::format("{}", record.commanded.theta_d.degrees()),
-                 fmt::format("{}", record.commanded.phi_d.degrees()), std::string(1, record.branch),
-                 degrees_text(record.joints), std::string(to_string(record.outcome)), record.note,
-                 fmt::format("{}", record.finished_at.count())});
+      "points",
+      {fmt::format("{}", record.point), fmt::format("{}", record.commanded.theta_h.degrees()),
+       fmt::format("{}", record.commanded.theta_d.degrees()),
+       fmt::format("{}", record.commanded.phi_d.degrees()), std::string(1, record.branch),
+       degrees_text(record.joints), std::string(to_string(record.outcome)), record.note,
+       fmt::format("{}", record.finished_at.count())});
 }
 
 void SessionWriter::note(std::chrono::nanoseconds at, const std::string& kind,
@@ -209,8 +209,8 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
   const auto each_intact = [&](std::string_view table, auto&& read) {
     for (const Journal::Row& row : journal.rows(table)) {
       if (!row.intact) {
-        damage_.push_back(fmt::format("{} row {}: checksum does not fit, left out", table,
-                                      row.number));
+        damage_.push_back(
+            fmt::format("{} row {}: checksum does not fit, left out", table, row.number));
         continue;
       }
       RowFields fields(path, table, row);

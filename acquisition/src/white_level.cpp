@@ -46,8 +46,7 @@ brdf::Rgb WhiteLevel::at(double time_s) const {
   if (time_s <= visits.front().time_s) return visits.front().constant;
   for (std::size_t i = 1; i < visits.size(); ++i) {
     if (time_s <= visits[i].time_s) {
-      const double t =
-          (time_s - visits[i - 1].time_s) / (visits[i].time_s - visits[i - 1].time_s);
+      const double t = (time_s - visits[i - 1].time_s) / (visits[i].time_s - visits[i - 1].time_s);
       return visits[i - 1].constant + t * (visits[i].constant - visits[i - 1].constant);
     }
   }
@@ -78,9 +77,9 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
     const rig::RigPose pose = rig::forward(instrument.rig, joints);
     const Eigen::Vector2d centre =
         options.white_in_frame ? options.white_patch_mm : Eigen::Vector2d::Zero();
-    const double half_width =
-        options.white_in_frame ? options.white_patch_half_width_mm
-                               : options.sample_half_width_mm - options.edge_margin_mm;
+    const double half_width = options.white_in_frame
+                                  ? options.white_patch_half_width_mm
+                                  : options.sample_half_width_mm - options.edge_margin_mm;
     std::array<Sums, 3> sums;
     const int width = instrument.camera.width_px;
     for (int row = 0; row < instrument.camera.height_px; ++row) {

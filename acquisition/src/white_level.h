@@ -11,10 +11,10 @@ namespace gonio::acquisition {
 struct WhiteLevel {
   struct Visit {
     double time_s = 0.0;
-    brdf::Rgb constant;             ///< per unit of lamp monitor
+    brdf::Rgb constant;  ///< per unit of lamp monitor
     brdf::Rgb relative_sigma;
   };
-  std::vector<Visit> visits;        ///< in time
+  std::vector<Visit> visits;  ///< in time
 
   /// C over monitor at a time: linear between visits, held outside.
   brdf::Rgb at(double time_s) const;

@@ -7,6 +7,7 @@
 #include "gonio/brdf/analytic_models.h"
 #include "gonio/brdf/builtin_materials.h"
 #include "simulated_session.h"
+#include "temporary_folder.h"
 
 namespace gonio {
 namespace {
@@ -32,8 +33,7 @@ Measured measure(sim::SimOptions world_options,
   Measured measured;
   {
     SessionWriter archive(session, {{"sample_id", "plate"}}, {});
-    measured.session =
-        acquisition::run_session(devices_of(world), known, plan, options, archive);
+    measured.session = acquisition::run_session(devices_of(world), known, plan, options, archive);
   }
   const SessionReader archive(session);
   EXPECT_TRUE(archive.finished());

@@ -1,8 +1,5 @@
 #include "simulated_session.h"
 
-#include <cstdlib>
-#include <stdexcept>
-
 namespace gonio {
 
 instrument::Instrument nominal_instrument(const sim::SimOptions& truth) {
@@ -60,17 +57,6 @@ acquisition::MeasurementPlan plan_of(const instrument::Instrument& instrument,
     directions.push_back(direction);
   }
   return acquisition::make_plan(rig::Inverse(instrument.rig), directions, 5.0, 60.0);
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "gonio-test-XXXXXX").string();
-  if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make " + pattern);
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace gonio

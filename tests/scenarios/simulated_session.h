@@ -1,7 +1,7 @@
 #pragma once
 
-#include <filesystem>
-#include <memory>
+#include <array>
+#include <vector>
 
 #include "gonio/acquisition/reduction.h"
 #include "gonio/acquisition/session.h"
@@ -19,18 +19,5 @@ acquisition::DeviceSet devices_of(sim::SimGoniometer& world);
 /// A plan of directions given in degrees.
 acquisition::MeasurementPlan plan_of(const instrument::Instrument& instrument,
                                      const std::vector<std::array<double, 3>>& directions_deg);
-
-/// A fresh folder under the system's temporary folder, removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace gonio

@@ -75,48 +75,47 @@ std::string to_json(const Instrument& instrument) {
     angular.push_back({{"theta_i_deg", point.theta_i_deg}, {"relative", point.relative}});
   }
   const brdf::Rgb& white = instrument.white.reflectance;
-  const Json document = {
-      {"format", kFormat},
-      {"version", kVersion},
-      {"id", instrument.id},
-      {"rig", rig_to_json(instrument.rig)},
-      {"camera",
-       {{"width_px", camera.width_px},
-        {"height_px", camera.height_px},
-        {"fx_px", camera.fx_px},
-        {"fy_px", camera.fy_px},
-        {"cx_px", camera.cx_px},
-        {"cy_px", camera.cy_px},
-        {"k1", camera.k1},
-        {"k2", camera.k2},
-        {"p1", camera.p1},
-        {"p2", camera.p2}}},
-      {"sensor",
-       {{"gain_dn_per_e", sensor.gain_dn_per_e},
-        {"read_noise_e", sensor.read_noise_e},
-        {"full_well_e", sensor.full_well_e},
-        {"black_level_dn", sensor.black_level_dn},
-        {"saturation_dn", sensor.saturation_dn},
-        {"dark_current_e_per_s", sensor.dark_current_e_per_s},
-        {"prnu", sensor.prnu}}},
-      {"vignetting",
-       {{"v1", instrument.vignetting.v1},
-        {"v2", instrument.vignetting.v2},
-        {"v3", instrument.vignetting.v3}}},
-      {"lamp_field",
-       {{"c10", field.c10},
-        {"c01", field.c01},
-        {"c20", field.c20},
-        {"c11", field.c11},
-        {"c02", field.c02}}},
-      {"white",
-       {{"id", instrument.white.id},
-        {"reflectance", Json::array({white[0], white[1], white[2]})},
-        {"angular", angular},
-        {"u_relative", instrument.white.u_relative}}},
-      {"u_normal_deg", instrument.u_normal.degrees()},
-      {"u_lamp_relative", instrument.u_lamp_relative},
-      {"u_linearity_relative", instrument.u_linearity_relative}};
+  const Json document = {{"format", kFormat},
+                         {"version", kVersion},
+                         {"id", instrument.id},
+                         {"rig", rig_to_json(instrument.rig)},
+                         {"camera",
+                          {{"width_px", camera.width_px},
+                           {"height_px", camera.height_px},
+                           {"fx_px", camera.fx_px},
+                           {"fy_px", camera.fy_px},
+                           {"cx_px", camera.cx_px},
+                           {"cy_px", camera.cy_px},
+                           {"k1", camera.k1},
+                           {"k2", camera.k2},
+                           {"p1", camera.p1},
+                           {"p2", camera.p2}}},
+                         {"sensor",
+                          {{"gain_dn_per_e", sensor.gain_dn_per_e},
+                           {"read_noise_e", sensor.read_noise_e},
+                           {"full_well_e", sensor.full_well_e},
+                           {"black_level_dn", sensor.black_level_dn},
+                           {"saturation_dn", sensor.saturation_dn},
+                           {"dark_current_e_per_s", sensor.dark_current_e_per_s},
+                           {"prnu", sensor.prnu}}},
+                         {"vignetting",
+                          {{"v1", instrument.vignetting.v1},
+                           {"v2", instrument.vignetting.v2},
+                           {"v3", instrument.vignetting.v3}}},
+                         {"lamp_field",
+                          {{"c10", field.c10},
+                           {"c01", field.c01},
+                           {"c20", field.c20},
+                           {"c11", field.c11},
+                           {"c02", field.c02}}},
+                         {"white",
+                          {{"id", instrument.white.id},
+                           {"reflectance", Json::array({white[0], white[1], white[2]})},
+                           {"angular", angular},
+                           {"u_relative", instrument.white.u_relative}}},
+                         {"u_normal_deg", instrument.u_normal.degrees()},
+                         {"u_lamp_relative", instrument.u_lamp_relative},
+                         {"u_linearity_relative", instrument.u_linearity_relative}};
   return document.dump(2) + "\n";
 }
 
@@ -132,11 +131,13 @@ Instrument instrument_from_json(const std::string& text, const std::filesystem::
   JsonFields fields(document, "", place);
   const std::string format = fields.text("format");
   if (format != kFormat) {
-    throw DataFormatError(place, "format", fmt::format("found {:?}, expected {:?}", format, kFormat));
+    throw DataFormatError(place, "format",
+                          fmt::format("found {:?}, expected {:?}", format, kFormat));
   }
   const int version = fields.integer("version");
   if (version != kVersion) {
-    throw DataFormatError(place, "version", fmt::format("found {}, expected {}", version, kVersion));
+    throw DataFormatError(place, "version",
+                          fmt::format("found {}, expected {}", version, kVersion));
   }
   Instrument instrument;
   instrument.id = fields.text("id");

@@ -11,10 +11,9 @@ Eigen::Vector2d distort(const CameraModel& camera, const Eigen::Vector2d& ideal)
   const double r2 = ideal.squaredNorm();
   const double radial = 1.0 + r2 * (camera.k1 + r2 * camera.k2);
   const double xy = ideal.x() * ideal.y();
-  return {ideal.x() * radial + 2.0 * camera.p1 * xy +
-              camera.p2 * (r2 + 2.0 * ideal.x() * ideal.x()),
-          ideal.y() * radial + camera.p1 * (r2 + 2.0 * ideal.y() * ideal.y()) +
-              2.0 * camera.p2 * xy};
+  return {
+      ideal.x() * radial + 2.0 * camera.p1 * xy + camera.p2 * (r2 + 2.0 * ideal.x() * ideal.x()),
+      ideal.y() * radial + camera.p1 * (r2 + 2.0 * ideal.y() * ideal.y()) + 2.0 * camera.p2 * xy};
 }
 
 }  // namespace
@@ -39,8 +38,7 @@ Eigen::Vector2d CameraModel::project(const Eigen::Vector3d& point_in_camera) con
   if (!(point_in_camera.z() > 0.0)) {
     throw std::invalid_argument("a point behind the camera has no pixel");
   }
-  const Eigen::Vector2d observed =
-      distort(*this, point_in_camera.head<2>() / point_in_camera.z());
+  const Eigen::Vector2d observed = distort(*this, point_in_camera.head<2>() / point_in_camera.z());
   return {cx_px + fx_px * observed.x(), cy_px + fy_px * observed.y()};
 }
 

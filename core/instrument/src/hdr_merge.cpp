@@ -56,8 +56,7 @@ MergedSignal merge_bracket(const SensorModel& sensor, std::span<const Exposure> 
                            int width_px, const Background& background) {
   if (bracket.empty()) throw std::invalid_argument("merge_bracket: no exposure");
   const std::size_t pixel_count = bracket.front().pixels_dn.size();
-  if (width_px <= 0 || pixel_count == 0 ||
-      pixel_count % static_cast<std::size_t>(width_px) != 0) {
+  if (width_px <= 0 || pixel_count == 0 || pixel_count % static_cast<std::size_t>(width_px) != 0) {
     throw std::invalid_argument("merge_bracket: pixels do not fill whole rows");
   }
   for (const Exposure& exposure : bracket) {

@@ -40,8 +40,7 @@ void Instrument::validate() const {
             white.reflectance[c], "above 0, at most 1.5");
   }
   for (std::size_t i = 0; i < white.angular.size(); ++i) {
-    require(white.angular[i].relative > 0.0, "white.angular", white.angular[i].relative,
-            "above 0");
+    require(white.angular[i].relative > 0.0, "white.angular", white.angular[i].relative, "above 0");
     require(i == 0 || white.angular[i].theta_i_deg > white.angular[i - 1].theta_i_deg,
             "white.angular", white.angular[i].theta_i_deg, "ascending theta_i_deg");
   }

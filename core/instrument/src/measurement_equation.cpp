@@ -16,8 +16,8 @@ std::optional<PixelGeometry> pixel_geometry(const Instrument& instrument, const 
   const double cos_theta_i = geometry.directions.wi.z();
   if (!(cos_theta_i > 0.0)) return std::nullopt;
 
-  const Eigen::Vector3d point_in_lamp = pose.world_from_lamp.inverse() *
-                                        (pose.world_from_sample * geometry.point_in_sample_mm);
+  const Eigen::Vector3d point_in_lamp =
+      pose.world_from_lamp.inverse() * (pose.world_from_sample * geometry.point_in_sample_mm);
   double falloff = 1.0;
   double intensity = 1.0;
   if (!pose.collimated_lamp) {
@@ -25,8 +25,7 @@ std::optional<PixelGeometry> pixel_geometry(const Instrument& instrument, const 
     falloff = 1.0 / point_in_lamp.squaredNorm();
     intensity = relative_intensity(instrument.lamp_field, point_in_lamp);
   }
-  geometry.factor =
-      relative_response(instrument, column, row) * intensity * cos_theta_i * falloff;
+  geometry.factor = relative_response(instrument, column, row) * intensity * cos_theta_i * falloff;
   return geometry;
 }
 

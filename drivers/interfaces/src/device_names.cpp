@@ -45,8 +45,6 @@ std::string_view to_string(PixelFormat format) {
   return "unknown";
 }
 
-std::string_view to_string(Target target) {
-  return target == Target::sample ? "sample" : "white";
-}
+std::string_view to_string(Target target) { return target == Target::sample ? "sample" : "white"; }
 
 }  // namespace gonio::devices

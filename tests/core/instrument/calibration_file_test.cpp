@@ -30,7 +30,8 @@ TEST(CalibrationFile, ReadsBackWhatItWrote) {
   Instrument written = example_instrument();
   written.white.angular = {{0.0, 1.01}, {60.0, 0.93}};
   written.lamp_field.c11 = 1.0 / 3.0;
-  written.rig.keep_outs.push_back({"post", {{1, Angle::from_degrees(80), Angle::from_degrees(90)}}});
+  written.rig.keep_outs.push_back(
+      {"post", {{1, Angle::from_degrees(80), Angle::from_degrees(90)}}});
   const Instrument read = instrument_from_json(to_json(written), "cal.json");
   EXPECT_EQ(to_json(read), to_json(written));
   EXPECT_EQ(read.lamp_field.c11, written.lamp_field.c11);
@@ -40,8 +41,9 @@ TEST(CalibrationFile, ReadsBackWhatItWrote) {
 TEST(CalibrationFile, NamesAnUnknownKeyWithItsPlace) {
   EXPECT_THAT(refusal(replaced(to_json(example_instrument()), "\"prnu\"", "\"prmu\"")),
               HasSubstr("cal.json: sensor.prnu: missing"));
-  EXPECT_THAT(refusal(replaced(to_json(example_instrument()), "\"prnu\"", "\"extra\": 1, \"prnu\"")),
-              HasSubstr("cal.json: sensor.extra: unknown key"));
+  EXPECT_THAT(
+      refusal(replaced(to_json(example_instrument()), "\"prnu\"", "\"extra\": 1, \"prnu\"")),
+      HasSubstr("cal.json: sensor.extra: unknown key"));
 }
 
 TEST(CalibrationFile, SaysWhatItFoundAndExpected) {

@@ -14,8 +14,8 @@ namespace {
 SensorModel sensor() { return example_instrument().sensor; }
 
 /// A frame of a uniform scene with the sensor's noise, drawn independently of the merge's formulas.
-std::vector<std::uint16_t> noisy_frame(double electrons_per_s, double exposure_s, std::size_t pixels,
-                                       random::Stream& stream) {
+std::vector<std::uint16_t> noisy_frame(double electrons_per_s, double exposure_s,
+                                       std::size_t pixels, random::Stream& stream) {
   std::vector<std::uint16_t> frame(pixels);
   for (auto& pixel : frame) {
     const double electrons = stream.poisson(electrons_per_s * exposure_s);

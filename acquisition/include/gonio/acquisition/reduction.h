@@ -13,12 +13,12 @@ namespace gonio::acquisition {
 /// How frames become samples (reconstruction.md section 10 of the design: a frame is a patch of
 /// directions).
 struct ReductionOptions {
-  int grid = 3;                       ///< grid x grid sub-samples per pose; 1: the centre only
+  int grid = 3;  ///< grid x grid sub-samples per pose; 1: the centre only
   double sample_half_width_mm = 25.0;
-  double edge_margin_mm = 2.0;        ///< kept clear of the sample's edge
-  double spot_half_width_mm = 2.0;    ///< pixels within it are averaged to one sub-sample
-  double min_usable_fraction = 0.5;   ///< of a spot's pixels, else the sub-sample is dropped
-  bool white_in_frame = false;        ///< the white is a patch beside the sample
+  double edge_margin_mm = 2.0;       ///< kept clear of the sample's edge
+  double spot_half_width_mm = 2.0;   ///< pixels within it are averaged to one sub-sample
+  double min_usable_fraction = 0.5;  ///< of a spot's pixels, else the sub-sample is dropped
+  bool white_in_frame = false;       ///< the white is a patch beside the sample
   Eigen::Vector2d white_patch_mm{34.0, 0.0};
   double white_patch_half_width_mm = 3.0;
 

@@ -23,8 +23,8 @@ struct DeviceSet {
   std::vector<devices::RotationStage*> stages;
   devices::Camera* camera = nullptr;
   devices::LightSource* light = nullptr;
-  devices::LampMonitor* monitor = nullptr;     ///< optional
-  devices::TargetChanger* changer = nullptr;   ///< needed for white placement changer and manual
+  devices::LampMonitor* monitor = nullptr;    ///< optional
+  devices::TargetChanger* changer = nullptr;  ///< needed for white placement changer and manual
   devices::Clock* clock = nullptr;
 };
 
@@ -39,17 +39,17 @@ struct SessionOptions {
   WhitePlacement white = WhitePlacement::changer;
   std::chrono::nanoseconds first_exposure = std::chrono::milliseconds(20);
   double bracket_ratio = 4.0;
-  int max_exposures = 8;           ///< per channel and point
+  int max_exposures = 8;  ///< per channel and point
   /// Wanted of the dimmest sub-sample (a spot of this half width): longer exposures until met.
   double relative_sigma = 0.005;
   double spot_half_width_mm = 2.0;
   std::chrono::nanoseconds max_exposure = std::chrono::seconds(5);
-  int white_frames = 4;            ///< per channel, opening and closing
+  int white_frames = 4;  ///< per channel, opening and closing
   int dark_frames = 8;
   double sample_half_width_mm = 25.0;
   Eigen::Vector2d white_patch_mm{34.0, 0.0};  ///< centre of the in-frame patch, sample frame
   double white_patch_half_width_mm = 3.0;     ///< of the part to use, clear of its edge
-  int retries = 2;                 ///< of a failed device call, per point
+  int retries = 2;                            ///< of a failed device call, per point
   std::chrono::milliseconds move_timeout = std::chrono::minutes(2);
 
   /// Throws std::invalid_argument naming the field and its value.
@@ -74,8 +74,8 @@ struct SessionResult {
 };
 
 /// Runs a whole session: pre-run check, home, darks, opening white, every point (axes together,
-/// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before the
-/// check has passed. Every exit path, also an exception, stops all axes and closes the shutter.
+/// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before
+/// the check has passed. Every exit path, also an exception, stops all axes and closes the shutter.
 ///
 /// Threads  Blocks; `stop` may be requested from any thread: the point under way is abandoned, the
 ///          axes stop, the archive stays readable.

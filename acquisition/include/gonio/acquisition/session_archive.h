@@ -27,18 +27,18 @@ std::string_view to_string(FrameKind kind);
 /// own joint angles (mean and spread over the interval, measured); a stop is a frame whose spread
 /// is zero.
 struct FrameRecord {
-  std::int64_t id = 0;      ///< row id, ascending in the order of acknowledgement
+  std::int64_t id = 0;  ///< row id, ascending in the order of acknowledgement
   FrameKind kind = FrameKind::sample;
-  int point = -1;           ///< index of the point it belongs to; -1: session-wide
-  std::string channel;      ///< lamp channel; empty when the shutter was closed
-  std::vector<Angle> joints;          ///< encoder readings, order of the rig's axes
-  std::vector<Angle> joints_spread;   ///< half range over the exposure
+  int point = -1;                    ///< index of the point it belongs to; -1: session-wide
+  std::string channel;               ///< lamp channel; empty when the shutter was closed
+  std::vector<Angle> joints;         ///< encoder readings, order of the rig's axes
+  std::vector<Angle> joints_spread;  ///< half range over the exposure
   std::chrono::nanoseconds exposure{0};
   std::chrono::nanoseconds exposure_start{0};  ///< session clock
-  double monitor = 0.0;     ///< lamp monitor; 0 when the shutter was closed
+  double monitor = 0.0;                        ///< lamp monitor; 0 when the shutter was closed
   std::uint64_t camera_frame_id = 0;
-  std::string file;         ///< relative to the archive, "frames/000012.tiff"
-  std::string sha256;       ///< of that file
+  std::string file;    ///< relative to the archive, "frames/000012.tiff"
+  std::string sha256;  ///< of that file
 };
 
 /// How a point ended.
@@ -46,10 +46,10 @@ enum class PointOutcome { Measured, Saturated, TooDark, Skipped, Failed };
 std::string_view to_string(PointOutcome outcome);
 
 struct PointRecord {
-  int point = 0;                  ///< index into the plan
-  brdf::HalfDiff commanded;       ///< direction of the plan
+  int point = 0;             ///< index into the plan
+  brdf::HalfDiff commanded;  ///< direction of the plan
   char branch = 'A';
-  std::vector<Angle> joints;      ///< read back; empty when never reached
+  std::vector<Angle> joints;  ///< read back; empty when never reached
   PointOutcome outcome = PointOutcome::Failed;
   std::string note;
   std::chrono::nanoseconds finished_at{0};

@@ -43,7 +43,7 @@ struct Background {
 ///
 /// Throws   std::invalid_argument for no exposure, sizes that differ, or an exposure time <= 0.
 /// Source   Granados et al., CVPR 2010, for iterated optimal weights; EMVA 1288 R4.0 noise model.
-MergedSignal merge_bracket(const SensorModel& sensor, std::span<const Exposure> bracket, int width_px,
-                           const Background& background = {});
+MergedSignal merge_bracket(const SensorModel& sensor, std::span<const Exposure> bracket,
+                           int width_px, const Background& background = {});
 
 }  // namespace gonio::instrument

@@ -18,7 +18,7 @@ struct SensorModel {
   double black_level_dn = 0.0;
   double saturation_dn = 0.0;  ///< a pixel at or above it carries no value
   double dark_current_e_per_s = 0.0;
-  double prnu = 0.0;           ///< relative sd of the pixels' responsivity
+  double prnu = 0.0;  ///< relative sd of the pixels' responsivity
 };
 
 /// Relative responsivity over the image, 1 at the principal point: V = 1 + v1 q + v2 q^2 + v3 q^3,
@@ -55,7 +55,7 @@ struct WhiteReference {
 /// The calibrated instrument as plain data: all that turns raw frames into BRDF values. Kept in a
 /// file in the calibration-archive format (calibration_file.h).
 struct Instrument {
-  std::string id;       ///< who and when; free text, no newline
+  std::string id;  ///< who and when; free text, no newline
   rig::RigDescription rig;
   CameraModel camera;
   SensorModel sensor;

@@ -9,7 +9,7 @@ namespace gonio::devices {
 
 /// One separately switched colour of a lamp.
 struct LightChannel {
-  std::string name;           ///< "R", "G", "B", "white", ...
+  std::string name;            ///< "R", "G", "B", "white", ...
   double wavelength_nm = 0.0;  ///< centre; 0 for white
 };
 

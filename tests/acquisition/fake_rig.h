@@ -1,0 +1,183 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gonio/acquisition/session.h"
+
+namespace gonio::acquisition {
+
+/// Devices with no physics: what a test says happens, happens, and everything is written down.
+
+class FakeClock final : public devices::Clock {
+ public:
+  Duration now() const override { return now_; }
+  void wait_until(Duration time) override { now_ = std::max(now_, time); }
+  void pass(Duration time) { now_ += time; }
+
+ private:
+  Duration now_{0};
+};
+
+class FakeStage final : public devices::RotationStage {
+ public:
+  explicit FakeStage(const rig::Axis& axis) : name_(axis.name), limits_{axis.min, axis.max} {}
+  const std::string& name() const override { return name_; }
+  devices::JointLimits limits() const override { return limits_; }
+  void home(std::chrono::milliseconds) override { at_ = home_angle; }
+  void begin_move_to(Angle target) override {
+    if (on_move) on_move(*this);
+    ++moves;
+    at_ = target;
+  }
+  Angle wait_until_settled(std::chrono::milliseconds) override {
+    if (stopped)
+      throw devices::DeviceError(devices::DeviceErrc::Stopped, name_, "stop() is latched");
+    return at_;
+  }
+  void stop() noexcept override {
+    stopped = true;
+    ++stops;
+  }
+  void rearm() override { stopped = false; }
+
+  std::function<void(FakeStage&)> on_move;
+  Angle home_angle;
+  int moves = 0;
+  int stops = 0;
+  bool stopped = false;
+
+ private:
+  std::string name_;
+  devices::JointLimits limits_;
+  Angle at_;
+};
+
+class FakeLight final : public devices::LightSource {
+ public:
+  const std::string& name() const override { return name_; }
+  std::vector<devices::LightChannel> channels() const override {
+    return {{"R", 630.0}, {"G", 530.0}, {"B", 465.0}};
+  }
+  void light(const std::string& channel) override { lit = channel; }
+  void close_shutter() noexcept override { lit.clear(); }
+  std::string lit;
+
+ private:
+  std::string name_ = "lamp";
+};
+
+/// Gives frames of one level: black + rate * exposure, clipped at saturation.
+class FakeCamera final : public devices::Camera {
+ public:
+  FakeCamera(FakeLight& light, FakeClock& clock) : light_(light), clock_(clock) {}
+  const std::string& name() const override { return name_; }
+  devices::CameraInfo info() const override {
+    devices::CameraInfo info;
+    info.model = "fake";
+    info.width_px = 32;
+    info.height_px = 32;
+    info.saturation_level_dn = 4095;
+    info.min_exposure = std::chrono::microseconds(50);
+    info.max_exposure = std::chrono::seconds(10);
+    return info;
+  }
+  devices::Frame capture(std::chrono::nanoseconds exposure) override {
+    if (on_capture) on_capture();
+    devices::Frame frame;
+    frame.width_px = 32;
+    frame.height_px = 32;
+    frame.saturation_level_dn = 4095;
+    frame.black_level_dn = 64.0;
+    frame.exposure = exposure + exposure_error;
+    frame.exposure_start = clock_.now();
+    clock_.pass(exposure);
+    if (!repeat_frame_id) ++next_id_;
+    frame.frame_id = next_id_;
+    const double rate = light_.lit.empty() ? 0.0 : lit_dn_per_s;
+    const double level = 64.0 + rate * std::chrono::duration<double>(exposure).count();
+    frame.pixels_dn.assign(32 * 32, static_cast<std::uint16_t>(std::min(level, 4095.0)));
+    exposures.push_back(exposure);
+    return frame;
+  }
+
+  double lit_dn_per_s = 50000.0;
+  std::chrono::nanoseconds exposure_error{0};
+  bool repeat_frame_id = false;
+  std::function<void()> on_capture;
+  std::vector<std::chrono::nanoseconds> exposures;
+
+ private:
+  std::string name_ = "camera";
+  FakeLight& light_;
+  FakeClock& clock_;
+  std::uint64_t next_id_ = 0;
+};
+
+class FakeChanger final : public devices::TargetChanger {
+ public:
+  const std::string& name() const override { return name_; }
+  devices::Target mounted() const override { return mounted_; }
+  void mount(devices::Target target) override { mounted_ = target; }
+
+ private:
+  std::string name_ = "changer";
+  devices::Target mounted_ = devices::Target::sample;
+};
+
+/// A whole LA-2 of them with a 32 x 32 px camera that sees 64 mm.
+struct FakeRig {
+  FakeRig() {
+    known.id = "fake";
+    known.rig = rig::la2();
+    known.camera = {.width_px = 32,
+                    .height_px = 32,
+                    .fx_px = 175.0,
+                    .fy_px = 175.0,
+                    .cx_px = 15.5,
+                    .cy_px = 15.5};
+    known.sensor = {.gain_dn_per_e = 0.39,
+                    .read_noise_e = 2.4,
+                    .full_well_e = 10500.0,
+                    .black_level_dn = 64.0,
+                    .saturation_dn = 4095.0};
+    known.white.reflectance = {1.0, 1.0, 1.0};
+    for (const rig::Axis& axis : known.rig.axes) {
+      stages.push_back(std::make_unique<FakeStage>(axis));
+      stages.back()->home_angle = axis.home;
+    }
+  }
+  DeviceSet devices() {
+    DeviceSet set;
+    for (auto& stage : stages) set.stages.push_back(stage.get());
+    set.camera = &camera;
+    set.light = &light;
+    set.changer = &changer;
+    set.clock = &clock;
+    return set;
+  }
+  MeasurementPlan plan(const std::vector<std::array<double, 3>>& directions_deg) const {
+    std::vector<samples::Direction> directions;
+    for (const auto& degrees : directions_deg) {
+      samples::Direction direction;
+      direction.angles.theta_h = Angle::from_degrees(degrees[0]);
+      direction.angles.theta_d = Angle::from_degrees(degrees[1]);
+      direction.angles.phi_d = Angle::from_degrees(degrees[2]);
+      directions.push_back(direction);
+    }
+    return make_plan(rig::Inverse(known.rig), directions, 1.0, 10.0);
+  }
+
+  instrument::Instrument known;
+  std::vector<std::unique_ptr<FakeStage>> stages;
+  FakeClock clock;
+  FakeLight light;
+  FakeCamera camera{light, clock};
+  FakeChanger changer;
+};
+
+}  // namespace gonio::acquisition

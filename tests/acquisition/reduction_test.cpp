@@ -1,0 +1,176 @@
+#include "gonio/acquisition/reduction.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "fake_rig.h"
+#include "gonio/errors/errors.h"
+#include "temporary_folder.h"
+
+namespace gonio::acquisition {
+namespace {
+
+using namespace gonio::literals;
+using testing::HasSubstr;
+
+/// An archive whose pixels come from a few lines of arithmetic, with no code of the reduction.
+/// Lamp arm 2 a, sample turned a: light and camera mirror each other about the normal, so at the
+/// centre theta_i = theta_o = a. At finite distance only the centre pixel is known by hand.
+class Reduction : public testing::Test {
+ protected:
+  Reduction() {
+    rig_.known.camera.fx_px = 700.0;  // 0.5 mm per pixel, 16 mm in view
+    rig_.known.camera.fy_px = 700.0;
+  }
+
+  static constexpr double kWhiteAtCentre_dn_per_s = 20000.0;
+
+  void write_frame(SessionWriter& archive, FrameKind kind, int point, const std::string& channel,
+                   const rig::Joints& joints, double dn_per_s, double exposure_s) {
+    devices::Frame frame;
+    frame.width_px = 32;
+    frame.height_px = 32;
+    frame.saturation_level_dn = 4095;
+    frame.black_level_dn = 64.0;
+    frame.exposure = std::chrono::nanoseconds(std::llround(exposure_s * 1e9));
+    frame.frame_id = ++frame_id_;
+    frame.pixels_dn.assign(
+        32 * 32, static_cast<std::uint16_t>(std::min(4095.0, 64.0 + dn_per_s * exposure_s)));
+    FrameRecord record;
+    record.kind = kind;
+    record.point = point;
+    record.channel = channel;
+    record.joints = joints;
+    record.joints_spread.assign(3, Angle());
+    record.monitor = channel.empty() ? 0.0 : monitor_;
+    archive.append(record, frame);
+  }
+
+  /// White at theta_i = 30; then the sample at theta_i = 60 with `ratio` times the white's signal.
+  void write_session(double ratio) {
+    SessionWriter archive(folder_, {}, {});
+    for (int i = 0; i < 4; ++i) {
+      write_frame(archive, FrameKind::dark, -1, "", kWhite, 0.0, 1e-4);
+    }
+    for (const char* channel : {"R", "G", "B"}) {
+      write_frame(archive, FrameKind::white, -1, channel, kWhite, kWhiteAtCentre_dn_per_s, 0.1);
+    }
+    write_frame(archive, FrameKind::lamp_off, -1, "", kWhite, 0.0, 0.1);
+    monitor_ = monitor_at_sample_;
+    for (const char* channel : {"R", "G", "B"}) {
+      write_frame(archive, FrameKind::sample, 0, channel, kSample, ratio * kWhiteAtCentre_dn_per_s,
+                  0.1);
+    }
+    write_frame(archive, FrameKind::lamp_off, 0, "", kSample, 0.0, 0.1);
+  }
+
+  gonio::acquisition::Reduction reduce_centre() {
+    ReductionOptions options;
+    options.grid = 1;
+    options.spot_half_width_mm = 3.0;
+    // White over the same few pixels, so that the flat frame of this test is nearly true there.
+    options.sample_half_width_mm = 5.5;
+    options.edge_margin_mm = 2.0;
+    return reduce(SessionReader(folder_), rig_.known, options);
+  }
+
+  const rig::Joints kWhite{60_deg, 30_deg, 0_deg};
+  const rig::Joints kSample{120_deg, 60_deg, 0_deg};
+  TemporaryFolder temporary_;
+  std::filesystem::path folder_ = temporary_.path() / "session";
+  FakeRig rig_;
+  std::uint64_t frame_id_ = 0;
+  double monitor_ = 1.0;
+  double monitor_at_sample_ = 1.0;
+};
+
+TEST_F(Reduction, FindsTheBrdfThatTheSignalsSayByHand) {
+  write_session(0.25);
+  const auto reduced = reduce_centre();
+  ASSERT_EQ(reduced.samples.samples.size(), 1U);
+  const samples::Sample& sample = reduced.samples.samples[0];
+  // f = f_w (S_s / S_w) (cos 30 / cos 60) = 1/pi * 0.25 * 1.7320508; r is 500 mm both times. Over
+  // +-3.5 mm the flat frame deviates from a true one by second order terms only.
+  const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi;
+  constexpr double kSecondOrder = 2e-3;
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(sample.value_per_sr[c] / expected, 1.0, kSecondOrder);
+  }
+  EXPECT_NEAR(sample.direction.theta_d.degrees(), 60.0, 0.02);
+  EXPECT_NEAR(sample.direction.theta_h.degrees(), 0.0, 0.05);
+  EXPECT_EQ(sample.pose, 0);
+}
+
+TEST_F(Reduction, TakesTheLampMonitorIntoAccount) {
+  monitor_at_sample_ = 1.25;
+  write_session(0.25);
+  const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi / 1.25;
+  EXPECT_NEAR(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 1.0, 2e-3);
+}
+
+TEST_F(Reduction, SaysHowUncertainTheWhiteMakesEverySampleOfAPose) {
+  rig_.known.white.u_relative = 0.02;
+  write_session(0.25);
+  const samples::Sample sample = reduce_centre().samples.samples[0];
+  EXPECT_NEAR(sample.u_common_per_sr[0] / sample.value_per_sr[0], 0.02, 1e-3);
+  EXPECT_LT(sample.sigma_per_sr[0], 0.01 * sample.value_per_sr[0]);
+}
+
+TEST_F(Reduction, GivesNoValueToASaturatedSpot) {
+  write_session(100.0);
+  EXPECT_THROW(
+      {
+        try {
+          reduce_centre();
+        } catch (const DataFormatError& error) {
+          EXPECT_THAT(error.what(), HasSubstr("no usable point"));
+          throw;
+        }
+      },
+      DataFormatError);
+}
+
+TEST_F(Reduction, KeepsADarkValueAndMarksIt) {
+  write_session(0.0);
+  const samples::Sample sample = reduce_centre().samples.samples[0];
+  EXPECT_THAT(sample.flags, HasSubstr("dark"));
+  EXPECT_GT(sample.sigma_per_sr[0], 0.0);
+}
+
+TEST_F(Reduction, RefusesAnArchiveWithoutAWhite) {
+  {
+    SessionWriter archive(folder_, {}, {});
+    for (const char* channel : {"R", "G", "B"}) {
+      write_frame(archive, FrameKind::sample, 0, channel, kSample, 1000.0, 0.1);
+    }
+  }
+  try {
+    reduce_centre();
+    FAIL() << "reduced without a white";
+  } catch (const DataFormatError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("white frames"));
+  }
+}
+
+TEST_F(Reduction, LeavesOutAPointWhoseChannelsAreNotAllThere) {
+  {
+    SessionWriter archive(folder_, {}, {});
+    for (const char* channel : {"R", "G", "B"}) {
+      write_frame(archive, FrameKind::white, -1, channel, kWhite, kWhiteAtCentre_dn_per_s, 0.1);
+    }
+    for (const char* channel : {"R", "G", "B"}) {
+      write_frame(archive, FrameKind::sample, 0, channel, kSample, 9000.0, 0.1);
+    }
+    write_frame(archive, FrameKind::sample, 1, "R", kSample, 9000.0, 0.1);
+  }
+  const auto reduced = reduce_centre();
+  EXPECT_EQ(reduced.samples.samples.size(), 1U);
+  ASSERT_FALSE(reduced.warnings.empty());
+  EXPECT_THAT(reduced.warnings[0], HasSubstr("point 1: 1 of 3 channels"));
+}
+
+}  // namespace
+}  // namespace gonio::acquisition

@@ -1,0 +1,194 @@
+#include "gonio/acquisition/session_archive.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <csignal>
+#include <fstream>
+
+#include "gonio/errors/errors.h"
+#include "temporary_folder.h"
+
+namespace gonio::acquisition {
+namespace {
+
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+devices::Frame small_frame(std::uint64_t id) {
+  devices::Frame frame;
+  frame.width_px = 4;
+  frame.height_px = 3;
+  frame.pixel_format = devices::PixelFormat::bayer_grbg;
+  frame.saturation_level_dn = 4095;
+  frame.black_level_dn = 64.0;
+  frame.gain_db = 1.5;
+  frame.exposure = std::chrono::microseconds(1234);
+  frame.exposure_start = std::chrono::seconds(77);
+  frame.frame_id = id;
+  for (std::uint16_t i = 0; i < 12; ++i) {
+    frame.pixels_dn.push_back(static_cast<std::uint16_t>(i * 5000 + id));
+  }
+  return frame;
+}
+
+FrameRecord small_record() {
+  FrameRecord record;
+  record.kind = FrameKind::sample;
+  record.point = 3;
+  record.channel = "G";
+  record.joints = {Angle::from_degrees(12.5), Angle::from_degrees(-0.1)};
+  record.joints_spread = {Angle(), Angle()};
+  record.monitor = 0.98765;
+  return record;
+}
+
+/// Changes the archive as somebody with another program could.
+void run_sql(const std::filesystem::path& folder, const std::string& sql) {
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "session.sqlite").c_str(), &database), SQLITE_OK);
+  char* error = nullptr;
+  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, &error), SQLITE_OK)
+      << (error != nullptr ? error : "");
+  sqlite3_free(error);
+  sqlite3_close(database);
+}
+
+class SessionArchive : public testing::Test {
+ protected:
+  void write_two_frames() {
+    SessionWriter writer(folder_, {{"sample_id", "s\"1\n"}}, {{"plan.csv", "a,b\n1,2\n"}});
+    writer.append(small_record(), small_frame(1));
+    writer.append(small_record(), small_frame(2));
+    writer.note(std::chrono::seconds(5), "warning", "lamp is cold");
+    writer.finish(std::chrono::seconds(9));
+  }
+
+  TemporaryFolder temporary_;
+  std::filesystem::path folder_ = temporary_.path() / "session";
+};
+
+TEST_F(SessionArchive, ReadsBackEverythingItAcknowledged) {
+  write_two_frames();
+  const SessionReader reader(folder_);
+  EXPECT_TRUE(reader.finished());
+  EXPECT_THAT(reader.damage(), IsEmpty());
+  EXPECT_EQ(reader.metadata().at("sample_id"), "s\"1\n");
+  EXPECT_EQ(reader.configuration().at("plan.csv"), "a,b\n1,2\n");
+  ASSERT_EQ(reader.frames().size(), 2U);
+  const FrameRecord& record = reader.frames()[1];
+  EXPECT_EQ(record.id, 2);
+  EXPECT_EQ(record.point, 3);
+  EXPECT_EQ(record.channel, "G");
+  EXPECT_NEAR(record.joints.at(0).degrees(), 12.5, 1e-13);
+  EXPECT_EQ(record.monitor, 0.98765);
+  const devices::Frame frame = reader.read_frame(record);
+  EXPECT_EQ(frame.pixels_dn, small_frame(2).pixels_dn);
+  EXPECT_EQ(frame.pixel_format, devices::PixelFormat::bayer_grbg);
+  EXPECT_EQ(frame.exposure, std::chrono::microseconds(1234));
+  EXPECT_EQ(frame.gain_db, 1.5);
+  ASSERT_EQ(reader.notes().size(), 1U);
+  EXPECT_EQ(reader.notes()[0].text, "lamp is cold");
+}
+
+TEST_F(SessionArchive, RefusesToWriteOverAnything) {
+  write_two_frames();
+  EXPECT_THROW(SessionWriter(folder_, {}, {}), FileError);
+  EXPECT_EQ(SessionReader(folder_).frames().size(), 2U);
+}
+
+TEST_F(SessionArchive, NeverLetsARowBeChangedOrDeleted) {
+  write_two_frames();
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((folder_ / "session.sqlite").c_str(), &database), SQLITE_OK);
+  for (const char* sql : {"UPDATE frames SET point = '4';", "DELETE FROM frames;"}) {
+    EXPECT_NE(sqlite3_exec(database, sql, nullptr, nullptr, nullptr), SQLITE_OK) << sql;
+  }
+  sqlite3_close(database);
+}
+
+TEST_F(SessionArchive, LeavesOutARowThatWasTamperedWithAndSaysSo) {
+  write_two_frames();
+  run_sql(folder_,
+          "DROP TRIGGER frames_no_UPDATE; UPDATE frames SET monitor = '2' WHERE number = 1;");
+  const SessionReader reader(folder_);
+  ASSERT_EQ(reader.frames().size(), 1U);
+  EXPECT_EQ(reader.frames()[0].id, 2);
+  EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("frames row 1")));
+}
+
+TEST_F(SessionArchive, ReportsAFrameFileThatIsGone) {
+  write_two_frames();
+  std::filesystem::remove(folder_ / "frames/000002.tiff");
+  const SessionReader reader(folder_);
+  EXPECT_EQ(reader.frames().size(), 1U);
+  EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("000002.tiff")));
+}
+
+TEST_F(SessionArchive, RefusesPixelsThatChanged) {
+  write_two_frames();
+  {
+    std::fstream file(folder_ / "frames/000001.tiff",
+                      std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(-1, std::ios::end);
+    file.put('x');
+  }
+  const SessionReader reader(folder_);
+  EXPECT_THROW(reader.read_frame(reader.frames()[0]), DataFormatError);
+  EXPECT_NO_THROW(reader.read_frame(reader.frames()[1]));
+}
+
+TEST_F(SessionArchive, RefusesWhatIsNoJournal) {
+  EXPECT_THROW(SessionReader{folder_}, FileError);
+  std::filesystem::create_directory(folder_);
+  std::ofstream(folder_ / "session.sqlite") << "this is not a database, but long enough to be read "
+                                               "as the header of one if somebody tried to";
+  EXPECT_THROW(SessionReader{folder_}, DataFormatError);
+}
+
+TEST_F(SessionArchive, RefusesAForeignDatabase) {
+  std::filesystem::create_directory(folder_);
+  run_sql(folder_, "CREATE TABLE other (a);");
+  EXPECT_THROW(SessionReader{folder_}, DataFormatError);
+}
+
+TEST_F(SessionArchive, KeepsEveryAcknowledgedFrameOfAKilledProcess) {
+  std::array<int, 2> pipe_ends{};
+  ASSERT_EQ(pipe(pipe_ends.data()), 0);
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    SessionWriter writer(folder_, {{"sample_id", "killed"}}, {});
+    for (std::uint64_t id = 1;; ++id) {
+      writer.append(small_record(), small_frame(id));
+      const char acknowledged = 1;
+      if (write(pipe_ends[1], &acknowledged, 1) != 1) _exit(1);
+    }
+  }
+  close(pipe_ends[1]);
+  constexpr int kAcknowledged = 5;
+  char byte = 0;
+  for (int i = 0; i < kAcknowledged; ++i) ASSERT_EQ(read(pipe_ends[0], &byte, 1), 1);
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  int acknowledged = kAcknowledged;
+  while (read(pipe_ends[0], &byte, 1) == 1) ++acknowledged;
+  close(pipe_ends[0]);
+
+  const SessionReader reader(folder_);
+  EXPECT_FALSE(reader.finished());
+  EXPECT_GE(reader.frames().size(), static_cast<std::size_t>(acknowledged));
+  EXPECT_LE(reader.frames().size(), static_cast<std::size_t>(acknowledged) + 1);
+  for (const FrameRecord& record : reader.frames()) EXPECT_NO_THROW(reader.read_frame(record));
+}
+
+}  // namespace
+}  // namespace gonio::acquisition

@@ -1,0 +1,194 @@
+#include "gonio/acquisition/session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "fake_rig.h"
+#include "temporary_folder.h"
+
+namespace gonio::acquisition {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+
+const std::vector<std::array<double, 3>> kTwoDirections{{3.0, 12.0, 28.0}, {15.0, 30.0, 130.0}};
+
+class Session : public testing::Test {
+ protected:
+  SessionResult run(std::stop_token stop = {}) {
+    const MeasurementPlan plan = rig_.plan(directions_);
+    SessionWriter archive(folder_, {}, {});
+    return run_session(rig_.devices(), rig_.known, plan, options_, archive, {}, std::move(stop));
+  }
+  std::string refusal() {
+    try {
+      run();
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  }
+  int moves() const {
+    int sum = 0;
+    for (const auto& stage : rig_.stages) sum += stage->moves;
+    return sum;
+  }
+  void expect_safe() const {
+    for (const auto& stage : rig_.stages) EXPECT_TRUE(stage->stopped) << stage->name();
+    EXPECT_EQ(rig_.light.lit, "");
+  }
+  std::vector<FrameRecord> frames(FrameKind kind) const {
+    const SessionReader archive(folder_);
+    std::vector<FrameRecord> found;
+    for (const FrameRecord& record : archive.frames()) {
+      if (record.kind == kind) found.push_back(record);
+    }
+    return found;
+  }
+
+  TemporaryFolder temporary_;
+  std::filesystem::path folder_ = temporary_.path() / "session";
+  FakeRig rig_;
+  SessionOptions options_;
+  std::vector<std::array<double, 3>> directions_ = kTwoDirections;
+};
+
+TEST_F(Session, MeasuresEveryPointInEveryChannelAndEndsSafe) {
+  const SessionResult result = run();
+  EXPECT_TRUE(result.complete);
+  EXPECT_EQ(result.measured, 2);
+  expect_safe();
+  const SessionReader archive(folder_);
+  EXPECT_TRUE(archive.finished());
+  EXPECT_EQ(archive.points().size(), 2U);
+  std::map<std::pair<int, std::string>, int> per_channel;
+  for (const FrameRecord& record : frames(FrameKind::sample)) {
+    ++per_channel[{record.point, record.channel}];
+  }
+  EXPECT_EQ(per_channel.size(), 6U);
+  EXPECT_EQ(frames(FrameKind::dark).size(), static_cast<std::size_t>(options_.dark_frames));
+  EXPECT_EQ(frames(FrameKind::lamp_off).size(), 4U) << "two points, two visits to the white";
+}
+
+TEST_F(Session, ShortensTheExposureUntilNothingSaturates) {
+  rig_.camera.lit_dn_per_s = 2e6;  // 20 ms would be ten times saturation
+  EXPECT_EQ(run().measured, 2);
+  std::chrono::nanoseconds shortest = std::chrono::hours(1);
+  for (const FrameRecord& record : frames(FrameKind::sample)) {
+    shortest = std::min(shortest, record.exposure);
+  }
+  EXPECT_LT(std::chrono::duration<double>(shortest).count() * 2e6, 4095.0 - 64.0);
+}
+
+TEST_F(Session, LengthensTheExposureUntilTheSpotIsPreciseEnough) {
+  rig_.camera.lit_dn_per_s = 40.0;  // 0.8 DN in 20 ms
+  EXPECT_EQ(run().measured, 2);
+  std::chrono::nanoseconds longest{0};
+  for (const FrameRecord& record : frames(FrameKind::sample)) {
+    longest = std::max(longest, record.exposure);
+  }
+  EXPECT_GT(std::chrono::duration<double>(longest).count() * 40.0, 20.0);
+  EXPECT_LE(longest, options_.max_exposure);
+}
+
+TEST_F(Session, CallsAPointSaturatedWhenEvenTheShortestExposureIsFull) {
+  rig_.camera.lit_dn_per_s = 1e9;
+  const SessionResult result = run();
+  EXPECT_EQ(result.measured, 0);
+  EXPECT_FALSE(result.complete);
+  EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Saturated);
+}
+
+TEST_F(Session, CallsAPointTooDarkWhenEvenTheLongestExposureIsEmpty) {
+  rig_.camera.lit_dn_per_s = 0.01;
+  EXPECT_EQ(run().points.at(0).outcome, PointOutcome::TooDark);
+}
+
+TEST_F(Session, RetriesATimeoutAndWritesItDown) {
+  int failures = 1;
+  rig_.stages[0]->on_move = [&](FakeStage& stage) {
+    if (failures-- > 0) {
+      throw devices::DeviceError(devices::DeviceErrc::Timeout, stage.name(), "no answer");
+    }
+  };
+  EXPECT_TRUE(run().complete);
+  const SessionReader archive(folder_);
+  std::vector<std::string> kinds;
+  for (const SessionNote& note : archive.notes()) kinds.push_back(note.kind);
+  EXPECT_THAT(kinds, Contains("retry"));
+}
+
+TEST_F(Session, EndsOnAFaultWithEverythingStoppedAndTheArchiveReadable) {
+  int moves_left = 3;
+  rig_.stages[1]->on_move = [&](FakeStage& stage) {
+    if (moves_left-- == 0) {
+      throw devices::DeviceError(devices::DeviceErrc::Fault, stage.name(), "alarm 7");
+    }
+  };
+  EXPECT_THROW(run(), devices::DeviceError);
+  expect_safe();
+  EXPECT_FALSE(SessionReader(folder_).finished());
+}
+
+TEST_F(Session, StopsEverythingWhenAskedInTheMiddleOfAPoint) {
+  std::stop_source source;
+  int captures = 0;
+  rig_.camera.on_capture = [&] {
+    if (++captures == 40) source.request_stop();
+  };
+  const SessionResult result = run(source.get_token());
+  EXPECT_FALSE(result.complete);
+  expect_safe();
+  EXPECT_FALSE(SessionReader(folder_).finished());
+}
+
+TEST_F(Session, RejectsAFrameWhoseExposureIsNotTheOneAskedFor) {
+  rig_.camera.exposure_error = std::chrono::milliseconds(3);
+  try {
+    run();
+    FAIL() << "a wrong exposure went through";
+  } catch (const devices::DeviceError& error) {
+    EXPECT_EQ(error.code(), devices::DeviceErrc::Protocol);
+  }
+  expect_safe();
+  EXPECT_TRUE(SessionReader(folder_).frames().empty());
+}
+
+TEST_F(Session, RejectsAFrameThatComesTwice) {
+  rig_.camera.repeat_frame_id = true;
+  EXPECT_THROW(run(), devices::DeviceError);
+  EXPECT_EQ(SessionReader(folder_).frames().size(), 1U) << "the first one was good";
+}
+
+TEST_F(Session, MovesNothingWhenADirectionCannotBeReached) {
+  directions_.push_back({2.84, 89.0, 15.0});
+  EXPECT_THAT(refusal(), HasSubstr("BELOW_HORIZON"));
+  EXPECT_EQ(moves(), 0);
+}
+
+TEST_F(Session, MovesNothingWhenADirectionStandsTwice) {
+  directions_.push_back(directions_.front());
+  EXPECT_THAT(refusal(), HasSubstr("twice"));
+  EXPECT_EQ(moves(), 0);
+}
+
+TEST_F(Session, MovesNothingWhenTheStagesAreSwapped) {
+  std::swap(rig_.stages[0], rig_.stages[1]);
+  EXPECT_THAT(refusal(), HasSubstr("stands where the rig has axis"));
+  EXPECT_EQ(moves(), 0);
+}
+
+TEST_F(Session, MovesNothingWhenTheCalibrationIsOfAnotherCamera) {
+  rig_.known.camera.width_px = 64;
+  EXPECT_THAT(refusal(), HasSubstr("the calibration is for 64 x 32 px"));
+  EXPECT_EQ(moves(), 0);
+}
+
+TEST_F(Session, NamesTheOptionThatIsOutOfRange) {
+  options_.bracket_ratio = 0.5;
+  EXPECT_THAT(refusal(), HasSubstr("bracket_ratio is 0.5"));
+}
+
+}  // namespace
+}  // namespace gonio::acquisition
