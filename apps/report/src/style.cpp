@@ -65,7 +65,7 @@ table{border-collapse:collapse;width:100%;font-size:.95rem}
 th,td{padding:8px 12px;text-align:right;border-bottom:1px solid var(--line);white-space:nowrap}
 th:first-child,td:first-child{text-align:left;white-space:normal;min-width:180px;padding-left:2px}
 thead th{font-size:.84rem;font-weight:600;color:var(--quiet);vertical-align:bottom;white-space:normal;
-overflow-wrap:anywhere}
+overflow-wrap:break-word;min-width:112px}
 thead th small{display:block;font-weight:400}
 tbody tr:last-child td{border-bottom:0}
 td.best{font-weight:700;color:var(--accent)}

@@ -27,6 +27,14 @@ struct PixelLight {
   double irradiance;
 };
 
+/// A pixel the sphere covers, and the normal at its middle.
+struct LitPixel {
+  std::size_t index;
+  int x;
+  int y;
+  Eigen::Vector3d normal;
+};
+
 std::vector<PixelLight> lights_in_front(MetricLighting lighting) {
   std::vector<PixelLight> lights;
   for (const DirectionalLight& light : lights_of(lighting)) {
@@ -55,23 +63,27 @@ void render_lights(std::span<const brdf::BrdfModel* const> models, MetricLightin
   const std::vector<PixelLight> lights = lights_in_front(lighting);
   const auto size = static_cast<std::size_t>(layout.size());
   parallel::for_each_block(0, size, kRowBlock, [&](std::size_t from, std::size_t to) {
+    std::vector<LitPixel> lit;
+    for (std::size_t pixel = from * size; pixel < to * size; ++pixel) {
+      const int x = static_cast<int>(pixel % size);
+      const int y = static_cast<int>(pixel / size);
+      if (layout.coverage(x, y) > 0.0F)
+        lit.push_back({pixel, x, y, layout.normal(x + 0.5, y + 0.5)});
+    }
     // Lights outside, pixels inside: a light has one theta_d, so neighbours read the same part of a
     // table.
     for (const PixelLight& light : lights) {
       const bool lamp = light.irradiance > kLampIrradiance;
-      for (std::size_t pixel = from * size; pixel < to * size; ++pixel) {
-        const int x = static_cast<int>(pixel % size);
-        const int y = static_cast<int>(pixel / size);
-        if (layout.coverage(x, y) <= 0.0F) continue;
+      for (const LitPixel& p : lit) {
         if (!lamp) {
-          add_light(models, light, layout.normal(x + 0.5, y + 0.5), 1.0, pixel, pictures);
+          add_light(models, light, p.normal, 1.0, p.index, pictures);
           continue;
         }
         for (int point = 0; point < kLampPoints * kLampPoints; ++point) {
           const double dx = (point % kLampPoints + 0.5) / kLampPoints;
           const double dy = (point / kLampPoints + 0.5) / kLampPoints;
-          add_light(models, light, layout.normal(x + dx, y + dy), 1.0 / (kLampPoints * kLampPoints),
-                    pixel, pictures);
+          add_light(models, light, layout.normal(p.x + dx, p.y + dy),
+                    1.0 / (kLampPoints * kLampPoints), p.index, pictures);
         }
       }
     }

@@ -41,7 +41,7 @@ inline brdf::ShadingGeometry geometry_at(const Eigen::Vector3d& normal, const Vi
   // sin theta_h: d.((n x h) x h) = (d.h)(n.h) - d.n and d.(n x h) = n.(h x d).
   const double along = light.cos_theta_d * g.cos_theta_h - g.cos_theta_i;
   const double across = normal.dot(light.half_cross_light);
-  const double length = std::hypot(along, across);
+  const double length = std::sqrt(along * along + across * across);
   g.cos_phi_d = length > 0.0 ? along / length : 1.0;
   g.sin_phi_d = length > 0.0 ? across / length : 0.0;
   g.half_diff.theta_h = Angle::from_radians(std::atan2(g.sin_theta_h, g.cos_theta_h));
