@@ -54,14 +54,16 @@ std::vector<float> cell_weights(const LogMapping& mapping) {
 
   const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
   std::vector<float> weights(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const lattice::Index at = lattice::index_from_cell(cells[i]);
-    const auto [sin_h, cos_h] = theta_h[static_cast<std::size_t>(at.theta_h)];
-    const auto [sin_d, cos_d] = theta_d[static_cast<std::size_t>(at.theta_d)];
-    const double common = cos_h * cos_d;
-    const double split = sin_h * sin_d * phi_d[static_cast<std::size_t>(at.phi_d)].second;
-    weights[i] = static_cast<float>(mapping.weight({common - split, common + split}));
-  }
+  parallel::for_each_block(0, cells.size(), kBlockCells, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const lattice::Index at = lattice::index_from_cell(cells[i]);
+      const auto [sin_h, cos_h] = theta_h[static_cast<std::size_t>(at.theta_h)];
+      const auto [sin_d, cos_d] = theta_d[static_cast<std::size_t>(at.theta_d)];
+      const double common = cos_h * cos_d;
+      const double split = sin_h * sin_d * phi_d[static_cast<std::size_t>(at.phi_d)].second;
+      weights[i] = static_cast<float>(mapping.weight({common - split, common + split}));
+    }
+  });
   return weights;
 }
 
