@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "gonio/parallel/parallel.h"
+#include "row_products.h"
 
 namespace gonio::design {
 namespace {
@@ -21,17 +22,17 @@ Change change_of(Criterion criterion, double beta, const Eigen::VectorXd& h,
   Change change{beta, {}, h.squaredNorm(), h.dot(importance_h), h.dot(open_importance_h)};
   switch (criterion) {
     case Criterion::bayes_d:
-      change.vectors = h.cast<float>();
+      change.vectors = h;
       break;
     case Criterion::bayes_a:
       change.vectors.resize(h.size(), 2);
-      change.vectors << h.cast<float>(), open_importance_h.cast<float>();
+      change.vectors << h, open_importance_h;
       break;
     case Criterion::xu_squared: {
       const Eigen::VectorXd open_h = open * h;
       change.vectors.resize(h.size(), 5);
-      change.vectors << h.cast<float>(), open_importance_h.cast<float>(), open_h.cast<float>(),
-          (open * open_importance_h).cast<float>(), (open * (importance * open_h)).cast<float>();
+      change.vectors << h, open_importance_h, open_h, open * open_importance_h,
+          open * (importance * open_h);
       break;
     }
   }
@@ -101,8 +102,9 @@ void CandidateField::reset(const Eigen::MatrixXd& open) {
   });
 }
 
+template <typename Number>
 CandidateField::Figures CandidateField::after(const Figures& at, const Change& change,
-                                              const float* products) const {
+                                              const Number* products) const {
   const double q_h = products[0];
   const double tau = change.beta * q_h;
   Figures next = at;
@@ -136,29 +138,30 @@ double CandidateField::gain(const Figures& at) const {
 void CandidateField::scan(const std::vector<Change>& changes, const Change* trial,
                           const std::vector<std::uint8_t>& allowed) {
   const auto k = static_cast<std::size_t>(rows_.cols());
-  std::vector<const Change*> all;
-  for (const Change& change : changes) all.push_back(&change);
-  if (trial != nullptr) all.push_back(trial);
-  const auto per_change = all.empty() ? 0 : static_cast<std::size_t>(all[0]->vectors.cols());
-  basis::RowMajorMatrixXf vectors(rows_.cols(), static_cast<Eigen::Index>(per_change * all.size()));
-  for (std::size_t c = 0; c < all.size(); ++c) {
-    vectors.middleCols(static_cast<Eigen::Index>(c * per_change),
-                       static_cast<Eigen::Index>(per_change)) = all[c]->vectors;
-  }
-  const std::size_t columns = per_change * all.size();
   const std::size_t stride = second_order_ ? 4 : 2;
+  const std::size_t per_change =
+      trial != nullptr
+          ? static_cast<std::size_t>(trial->vectors.cols())
+          : (changes.empty() ? 0 : static_cast<std::size_t>(changes[0].vectors.cols()));
+  Eigen::MatrixXf tried;
+  if (trial != nullptr) tried = trial->vectors.cast<float>();
 
   parallel::for_each_block(0, size(), kBlock, [&](std::size_t from, std::size_t to) {
-    std::vector<float> products((to - from) * columns);
-    if (columns > 0) multiply(rows_.data() + from * k, to - from, k, vectors, products.data());
+    std::vector<double> kept_products(per_change);
+    std::vector<float> tried_products(per_change);
     for (std::size_t i = from; i < to; ++i) {
+      if (allowed[i] == 0) {  // never allowed again: its figures may go stale
+        gains_[i] = kNone;
+        continue;
+      }
+      const float* row = rows_.data() + i * k;
       double* kept = figures_.data() + i * stride;
-      const float* product = products.data() + (i - from) * columns;
       Figures at{kept[0], kept[1], second_order_ ? kept[2] : 0.0, second_order_ ? kept[3] : 0.0};
+      for (const Change& change : changes) {
+        row_products(row, k, change.vectors.data(), per_change, kept_products.data());
+        at = after(at, change, kept_products.data());
+      }
       if (!changes.empty()) {
-        for (std::size_t c = 0; c < changes.size(); ++c) {
-          at = after(at, changes[c], product + c * per_change);
-        }
         kept[0] = at.v;
         kept[1] = at.w;
         if (second_order_) {
@@ -166,11 +169,10 @@ void CandidateField::scan(const std::vector<Change>& changes, const Change* tria
           kept[3] = at.z;
         }
       }
-      if (allowed[i] == 0) {
-        gains_[i] = kNone;
-        continue;
+      if (trial != nullptr) {
+        row_products(row, k, tried.data(), per_change, tried_products.data());
+        at = after(at, *trial, tried_products.data());
       }
-      if (trial != nullptr) at = after(at, *trial, product + changes.size() * per_change);
       gains_[i] = static_cast<float>(gain(at));
     }
     find_block_best(from / kBlock);

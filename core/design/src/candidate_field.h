@@ -13,7 +13,7 @@ namespace gonio::design {
 /// where h = M a. Holds the vectors whose products with a candidate's row update its figures.
 struct Change {
   double beta;
-  Eigen::MatrixXf vectors;  ///< k x 1 (bayes_d), 2 (bayes_a) or 5 (xu_squared)
+  Eigen::MatrixXd vectors;  ///< k x 1 (bayes_d), 2 (bayes_a) or 5 (xu_squared)
   double h_h;
   double h_importance_h;
   double h_open_importance_h;
@@ -28,8 +28,8 @@ Change dropping(Criterion criterion, const Eigen::VectorXd& row, const Eigen::Ma
 ///
 /// With b = M q for a candidate's row q: v = q.b, w = b.K b, and for xu_squared also
 /// s = b.b, z = b.M K b. A rank-one change of M updates them from a few products of q with fixed
-/// vectors, so a trial costs one pass over the rows: memory bandwidth, not arithmetic. Updates work
-/// with single-precision products; where many of them cancel, reset() starts afresh.
+/// vectors, so a trial costs one pass over the rows: memory bandwidth, not arithmetic. Changes that
+/// are kept use double products, because they add up; a trial needs none of that.
 ///
 /// State    M = I after construction.
 /// Threads  Uses all inside; calls come from one.
@@ -62,7 +62,8 @@ class CandidateField {
     double s;
     double z;
   };
-  Figures after(const Figures& at, const Change& change, const float* products) const;
+  template <typename Number>
+  Figures after(const Figures& at, const Change& change, const Number* products) const;
   double gain(const Figures& at) const;
   void find_block_best(std::size_t block);
 

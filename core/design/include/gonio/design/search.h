@@ -20,7 +20,7 @@ struct Design {
   double value = 0.0;                ///< criterion (or condition number), from scratch in double
   bool finished = true;              ///< false: stopped on request, the best so far
   int starts = 0;                    ///< that ran to their end
-  int exchanges = 0;                 ///< accepted swaps over all starts
+  int exchanges = 0;                 ///< swaps that led to it
 };
 
 }  // namespace gonio::design

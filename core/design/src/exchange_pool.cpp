@@ -1,0 +1,150 @@
+#include "exchange_pool.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "gonio/random/stream.h"
+
+namespace gonio::design {
+namespace {
+
+// A swap must lower the criterion by more than single precision can imagine.
+constexpr double kLeastImprovement = 1e-6;
+
+}  // namespace
+
+ExchangePool::ExchangePool(const basis::RowMajorMatrixXf& rows, std::vector<std::uint32_t> cells,
+                           const Eigen::MatrixXd& importance, const ExchangeOptions& options,
+                           CandidateGate& gate)
+    : rows_(rows),
+      cells_(std::move(cells)),
+      importance_(importance),
+      options_(options),
+      gate_(gate),
+      field_(rows, importance, options.criterion, options.eta),
+      allowed_(field_.size()) {
+  for (std::size_t i = 0; i < allowed_.size(); ++i) allowed_[i] = gate_.allowed(cell_of(i));
+}
+
+Trial ExchangePool::greedy() {
+  Members members;
+  std::vector<Change> added;
+  field_.reset(open_after({}));
+  while (members.size() < static_cast<std::size_t>(options_.sample_count)) {
+    field_.scan(added, nullptr, allowed_);
+    const std::size_t next = pick(members, field_.size());
+    if (next == field_.size()) break;
+    added = {adding(options_.criterion, row(next), open_after(members), importance_, options_.eta)};
+    members.push_back(next);
+  }
+  Trial trial;
+  for (const std::size_t member : members) trial.cells.push_back(cell_of(member));
+  trial.value = value_of(members);
+  return trial;
+}
+
+Trial ExchangePool::random_start(std::uint64_t start) {
+  random::Stream draw(random::make_key(options_.seed, "design.start", start));
+  Members members;
+  while (members.size() < static_cast<std::size_t>(options_.sample_count)) {
+    const std::size_t next = draw.below(field_.size());
+    if (std::find(members.begin(), members.end(), next) == members.end() && usable(next)) {
+      members.push_back(next);
+    }
+  }
+  Trial trial;
+  for (const std::size_t member : members) trial.cells.push_back(cell_of(member));
+  trial.value = value_of(members);
+  return trial;
+}
+
+void ExchangePool::exchange(Trial& trial, const std::stop_token& stop, const TrialCallback& tell) {
+  Members members;
+  for (const std::uint32_t cell : trial.cells) members.push_back(row_of(cell));
+  const std::size_t n = members.size();
+  Eigen::MatrixXd open = open_after(members);
+  field_.reset(open);
+  trial.finished = false;
+  std::vector<Change> pending;
+  std::size_t tried = 0;
+  for (std::size_t at = 0, unchanged = 0; unchanged < n; at = (at + 1) % n) {
+    if (stop.stop_requested()) return;
+    const std::size_t old = members[at];
+    const Change drop = dropping(options_.criterion, row(old), open, importance_, options_.eta);
+    field_.scan(pending, &drop, allowed_);
+    pending.clear();
+    const std::size_t next = pick(members, at);
+    bool better = false;
+    if (next != field_.size() && next != old) {
+      members[at] = next;
+      const double value = value_of(members);
+      better = trial.value - value > kLeastImprovement * std::abs(trial.value);
+      if (better) {
+        Members others = members;
+        others.erase(others.begin() + static_cast<std::ptrdiff_t>(at));
+        pending = {drop, adding(options_.criterion, row(next), open_after(others), importance_,
+                                options_.eta)};
+        open = open_after(members);
+        trial.value = value;
+        trial.cells[at] = cell_of(next);
+        ++trial.exchanges;
+      } else {
+        members[at] = old;
+      }
+    }
+    unchanged = better ? 1 : unchanged + 1;
+    tell(++tried, trial.value);
+  }
+  trial.finished = true;
+}
+
+std::uint32_t ExchangePool::cell_of(std::size_t at) const {
+  return cells_.empty() ? static_cast<std::uint32_t>(at) : cells_[at];
+}
+
+std::size_t ExchangePool::row_of(std::uint32_t cell) const {
+  if (cells_.empty()) return cell;
+  return static_cast<std::size_t>(std::lower_bound(cells_.begin(), cells_.end(), cell) -
+                                  cells_.begin());
+}
+
+Eigen::VectorXd ExchangePool::row(std::size_t at) const {
+  return rows_.row(static_cast<Eigen::Index>(at)).transpose().cast<double>();
+}
+
+Eigen::MatrixXd ExchangePool::rows_of(const Members& members) const {
+  Eigen::MatrixXd result(static_cast<Eigen::Index>(members.size()), rows_.cols());
+  for (std::size_t i = 0; i < members.size(); ++i) {
+    result.row(static_cast<Eigen::Index>(i)) = row(members[i]).transpose();
+  }
+  return result;
+}
+
+Eigen::MatrixXd ExchangePool::open_after(const Members& members) const {
+  return open_share(rows_of(members), options_.eta);
+}
+
+double ExchangePool::value_of(const Members& members) const {
+  return criterion_value(options_.criterion, rows_of(members), importance_, options_.eta);
+}
+
+bool ExchangePool::usable(std::size_t at) {
+  if (allowed_[at] != 0 && gate_.accepted(cell_of(at))) return true;
+  allowed_[at] = 0;
+  return false;
+}
+
+/// The best of the last scan that may be taken for members[free] (size(): for none of them).
+std::size_t ExchangePool::pick(const Members& members, std::size_t free) {
+  for (;;) {
+    const std::size_t next = field_.best();
+    if (next == field_.size()) return next;
+    const auto found = std::find(members.begin(), members.end(), next);
+    const bool taken =
+        found != members.end() && static_cast<std::size_t>(found - members.begin()) != free;
+    if (!taken && usable(next)) return next;
+    field_.dismiss(next);
+  }
+}
+
+}  // namespace gonio::design
