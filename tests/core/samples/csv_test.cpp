@@ -92,8 +92,8 @@ TEST_F(Csv, RefusesEmptyFilesAndUnusableHeaders) {
 TEST_F(Csv, RefusesWhatIsNoPlainFile) {
   EXPECT_THAT(error_of<FileError>([&] { CsvReader reader(file("absent.csv")); }),
               HasSubstr("no such file"));
-  EXPECT_THROW(CsvReader(std::filesystem::temp_directory_path()), FileError);
-  EXPECT_THROW(CsvReader("/dev/zero"), FileError);
+  EXPECT_THROW(CsvReader{std::filesystem::temp_directory_path()}, FileError);
+  EXPECT_THROW(CsvReader{"/dev/zero"}, FileError);
 }
 
 TEST_F(Csv, ChecksWholeNumbersAndRanges) {
