@@ -126,10 +126,9 @@ GONIO_INLINE void project_loop(const float* rows, std::size_t row_count, std::si
       const float r = res_r[i];
       const float g = res_g[i];
       const float b = res_b[i];
-      float* const out_r = partial;
-      float* const out_g = partial + k;
-      float* const out_b = partial + 2 * k;
-#pragma GCC ivdep
+      float* __restrict const out_r = partial;
+      float* __restrict const out_g = partial + k;
+      float* __restrict const out_b = partial + 2 * k;
       for (std::size_t j = 0; j < k; ++j) {
         out_r[j] += row[j] * r;
         out_g[j] += row[j] * g;
