@@ -1,0 +1,294 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "command.h"
+#include "gonio/basis/basis_file.h"
+#include "gonio/basis/dense_field.h"
+#include "gonio/basis/reconstruct.h"
+#include "gonio/brdf/builtin_materials.h"
+#include "gonio/brdf/merl_file.h"
+#include "gonio/files/atomic_folder.h"
+#include "gonio/render/comparison_sheet.h"
+#include "gonio/render/png.h"
+#include "plan_file.h"
+#include "planning.h"
+#include "provenance.h"
+#include "report_data.h"
+#include "session_run.h"
+#include "simulated_rig.h"
+
+namespace gonio::cli {
+namespace {
+
+/// One diffuse, one plastic, one metal.
+const std::vector<std::string> kDemoMaterials{"ivory-wall-latex", "red-pmma", "copper-brushed"};
+
+struct Options {
+  std::vector<std::string> materials;
+  int samples = 10;
+  std::string out = "gonio-demo";
+  std::uint64_t seed = 1;
+  bool force = false;
+};
+
+/// One way to a BRDF from the same session.
+struct Outcome {
+  basis::Fit fit;
+  std::shared_ptr<const brdf::BrdfTable> table;
+  quality::Comparison comparison;
+};
+
+struct MaterialResult {
+  std::string name;
+  std::string family;
+  Outcome ours;
+  Outcome points;
+  Outcome published;
+};
+
+class Demo {
+ public:
+  Demo(Context& context, const Options& options, const std::filesystem::path& folder)
+      : console_(context.console),
+        options_(options),
+        folder_(folder),
+        rig_(default_rig_file()),
+        instrument_(nominal_instrument(rig_)),
+        inverse_(rig_.rig, rig_.branches),
+        set_(brdf::RadiometricScale::si) {}
+
+  void train_all() {
+    const PhaseTimer timer(console_, "tabulating all materials");
+    Progress progress(console_, "tabulating materials");
+    const auto& all = brdf::builtin_materials();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      set_.add({all[i].name, all[i].family, ""}, *all[i].model);
+      progress.update(static_cast<double>(i + 1) / static_cast<double>(all.size()));
+    }
+  }
+
+  void prepare() {
+    const PhaseTimer timer(console_, "Gram matrix");
+    gram_ = basis::centred_gram(set_);
+  }
+
+  MaterialResult run(const brdf::BuiltinMaterial& material) {
+    console_.say(fmt::format("{} ({}): no {} in basis or design", material.name, material.family,
+                             material.family));
+    const std::filesystem::path folder = folder_ / material.name;
+    std::filesystem::create_directory(folder);
+    const basis::Basis basis = train_without(material.family);
+    {
+      const PhaseTimer timer(console_, "writing the basis");
+      basis::write_basis(folder / "basis.h5", basis);
+    }
+    const DesignedDirections chosen =
+        choose_directions(console_, basis, &inverse_, {options_.samples, false, options_.seed});
+    const StoredSession session = measure(material, chosen, folder);
+    return reconstruct(material, basis, session, folder);
+  }
+
+ private:
+  basis::Basis train_without(const std::string& family) {
+    const PhaseTimer timer(console_, "basis without the family");
+    std::vector<std::size_t> kept;
+    for (std::size_t i = 0; i < set_.material_count(); ++i) {
+      if (set_.materials()[i].family != family) kept.push_back(i);
+    }
+    return basis::train(set_, gram_, kept);
+  }
+
+  StoredSession measure(const brdf::BuiltinMaterial& material, const DesignedDirections& chosen,
+                        const std::filesystem::path& folder) {
+    std::vector<samples::Direction> directions;
+    for (const brdf::HalfDiff& angles : chosen.directions) directions.push_back({angles, 0});
+    SimulatedSession session;
+    session.rig = rig_;
+    session.instrument = instrument_;
+    session.plan = plan_poses(rig_, inverse_, directions, options_.seed);
+    session.plan_text =
+        plan_text(rig_.rig, session.plan, {}, {fmt::format("gonio demo {}", version_text())});
+    session.material = {material.model, brdf::RadiometricScale::si};
+    session.material_name = material.name;
+    session.seed = options_.seed;
+    session.labels = {material.name, "gonio demo", "simulated session of a built-in material"};
+    session.archive = folder / "session";
+    files::write_text_file(folder / "plan.csv", session.plan_text);
+    {
+      const PhaseTimer timer(console_, "simulated session");
+      const acquisition::SessionResult result = run_simulated(console_, session);
+      for (const std::string& warning : result.warnings) console_.warn(warning);
+      console_.detail(fmt::format("  {} of {} directions in {} of session time", result.measured,
+                                  session.plan.points.size(), duration_text(result.duration_s)));
+    }
+    return open_session(session.archive);
+  }
+
+  Outcome fit(const basis::Basis& basis, const samples::SampleSet& samples,
+              const brdf::BrdfTable& truth, basis::Method method) {
+    basis::ReconstructOptions how;
+    how.method = method;
+    Outcome outcome;
+    outcome.fit = basis::fit(basis, samples, how);
+    outcome.table =
+        std::make_shared<brdf::BrdfTable>(basis::expand(basis, outcome.fit.coefficients));
+    outcome.comparison = quality::compare(truth, *outcome.table);
+    return outcome;
+  }
+
+  MaterialResult reconstruct(const brdf::BuiltinMaterial& material, const basis::Basis& basis,
+                             const StoredSession& session, const std::filesystem::path& folder) {
+    acquisition::ReductionOptions point_options = rig_.reduction;
+    point_options.grid = 1;
+    acquisition::Reduction patches;
+    acquisition::Reduction points;
+    {
+      const PhaseTimer timer(console_, "reducing the frames");
+      patches = reduce_session(session, session.rig.reduction);
+      points = reduce_session(session, point_options);
+    }
+    for (const std::string& warning : patches.warnings) console_.warn(warning);
+    samples::write_samples(folder / "samples.csv", patches.samples);
+
+    const auto truth = std::make_shared<const brdf::BrdfTable>(
+        brdf::tabulate(*material.model, brdf::RadiometricScale::si));
+    MaterialResult result{material.name, material.family, {}, {}, {}};
+    {
+      const PhaseTimer timer(console_, "fitting three ways");
+      result.ours = fit(basis, patches.samples, *truth, basis::Method::ridge);
+      result.points = fit(basis, points.samples, *truth, basis::Method::ridge);
+      result.published = fit(basis, points.samples, *truth, basis::Method::nielsen);
+    }
+    {
+      const PhaseTimer timer(console_, "writing BRDF and pictures");
+      nlohmann::ordered_json record = provenance("demo");
+      record["material"] = material.name;
+      record["basis"] = basis_record(basis);
+      brdf::write_merl(folder / "reconstruction.binary", *result.ours.table, files::Overwrite::No,
+                       record.dump());
+      render::SheetOptions sheet;
+      sheet.reference_name = material.name;
+      sheet.result_name = fmt::format("from {} directions", options_.samples);
+      render::write_png(
+          folder / "spheres.png",
+          render::comparison_sheet(*material.model, brdf::TableBrdf(*result.ours.table),
+                                   brdf::RadiometricScale::si, sheet));
+    }
+    const PhaseTimer timer(console_, "writing the report");
+    report::ReportData data = session_report(session);
+    data.material = material.name;
+    data.truth = truth;
+    data.summary = fmt::format(
+        "{}. Measured in {} directions on a simulated rig with sensor noise and a tilted sample; "
+        "no {} was in the training data.",
+        material.description, session.archive.points().size(), material.family);
+    data.samples = fitted_samples(patches.samples, result.ours.fit);
+    for (const std::string& warning : patches.warnings) data.warnings.push_back(warning);
+    data.checks = self_checks(*result.ours.table, &result.ours.fit);
+    data.methods = {{"This measurement", "patches of 3 x 3 values per pose", result.ours.table,
+                     result.ours.comparison},
+                    {"Points", "the same frames, one value per pose", result.points.table,
+                     result.points.comparison},
+                    {"Published method", "the same points, eta = 40, k = n", result.published.table,
+                     result.published.comparison}};
+    data.provenance.push_back({"Basis fingerprint", basis_fingerprint(basis)});
+    report::write_report(folder / "report.html", data);
+    return result;
+  }
+
+  const Console& console_;
+  const Options& options_;
+  std::filesystem::path folder_;
+  RigFile rig_;
+  instrument::Instrument instrument_;
+  rig::Inverse inverse_;
+  basis::TrainingSet set_;
+  Eigen::MatrixXd gram_;
+};
+
+std::string table_text(const std::vector<MaterialResult>& results) {
+  std::string text = fmt::format("{:<20} {:<16} {:>9} {:>9} {:>9}   {}\n", "PSNR in dB", "family",
+                                 "patches", "points", "published", "weighted log RMSE");
+  for (const MaterialResult& result : results) {
+    text += fmt::format("{:<20} {:<16} {:9.2f} {:9.2f} {:9.2f}   {:.3f} / {:.3f} / {:.3f}\n",
+                        result.name, result.family, result.ours.comparison.lighting_a.psnr_db,
+                        result.points.comparison.lighting_a.psnr_db,
+                        result.published.comparison.lighting_a.psnr_db,
+                        result.ours.comparison.lattice.weighted_log_rmse,
+                        result.points.comparison.lattice.weighted_log_rmse,
+                        result.published.comparison.lattice.weighted_log_rmse);
+  }
+  return text;
+}
+
+std::string index_page(const std::vector<MaterialResult>& results) {
+  std::string text =
+      "<!doctype html>\n<html lang=\"en\"><meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>gonio demo</title>\n<style>body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;"
+      "margin:2rem auto;padding:0 1rem;color-scheme:light dark}table{border-collapse:collapse}"
+      "td,th{padding:.3rem .8rem;text-align:right;border-bottom:1px solid #8886}"
+      "td:first-child,th:first-child{text-align:left}img{max-width:100%}</style>\n"
+      "<h1>gonio demo</h1>\n<p>Built-in analytic materials on the simulated rig, full sensor "
+      "noise, "
+      "one tilt of the sample per session; the whole family of each material was left out of basis "
+      "and design.</p>\n<table><tr><th>PSNR in dB<th>patches<th>points<th>published method</tr>\n";
+  for (const MaterialResult& result : results) {
+    text += fmt::format(
+        "<tr><td><a href=\"{0}/report.html\">{0}</a><td>{1:.1f}<td>{2:.1f}<td>{3:.1f}</tr>\n",
+        result.name, result.ours.comparison.lighting_a.psnr_db,
+        result.points.comparison.lighting_a.psnr_db,
+        result.published.comparison.lighting_a.psnr_db);
+  }
+  text += "</table>\n";
+  for (const MaterialResult& result : results) {
+    text += fmt::format(
+        "<h2>{0}</h2><a href=\"{0}/report.html\"><img src=\"{0}/spheres.png\" "
+        "alt=\"{0}, its reconstruction and the difference\"></a>\n",
+        result.name);
+  }
+  return text + "</html>\n";
+}
+
+int demo(Context& context, const Options& options) {
+  std::vector<const brdf::BuiltinMaterial*> materials;
+  for (const std::string& name : options.materials.empty() ? kDemoMaterials : options.materials) {
+    materials.push_back(named_material("builtin:" + name).builtin);
+  }
+  files::AtomicFolder folder(options.out, overwrite(options.force));
+  context.console.say(fmt::format(
+      "Simulated rig, {} built-in analytic materials; {} directions, sensor noise, tilted sample.",
+      brdf::builtin_materials().size(), options.samples));
+  Demo work(context, options, folder.path());
+  work.train_all();
+  work.prepare();
+  std::vector<MaterialResult> results;
+  for (const brdf::BuiltinMaterial* material : materials) results.push_back(work.run(*material));
+  files::write_text_file(folder.path() / "index.html", index_page(results));
+  folder.commit();
+  context.console.result(
+      table_text(results) +
+      "patches: 3 x 3 values per pose; points: the same frames reduced to one value per pose;\n"
+      "published: Nielsen et al. 2015 (eta = 40, k = n) on these points.\n"
+      "All on simulated sessions of analytic materials, each without its family in training.\n");
+  context.console.result(fmt::format("Report: {}/index.html\n", options.out));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_demo(const Command& root) {
+  auto options = std::make_shared<Options>();
+  const Command command = root.add("demo", "The whole way on the simulated rig: train to report",
+                                   "gonio demo --material gold-satin --out demo");
+  command.texts("--material", options->materials,
+                "Built-in materials to measure (default: a diffuse, a plastic, a metal)");
+  command.integer("--samples", options->samples, 1, 200, "Directions per material");
+  command.text("--out", options->out, "Folder to create");
+  command.seed(options->seed, "Of search and simulated world");
+  command.force(options->force);
+  command.on_call(options, demo);
+}
+
+}  // namespace gonio::cli

@@ -1,0 +1,191 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "directions_input.h"
+#include "gonio/design/published_sets.h"
+#include "gonio/quality/evaluate.h"
+#include "gonio/rig/kinematics.h"
+#include "gonio/samples/csv.h"
+#include "materials_input.h"
+#include "planning.h"
+
+namespace gonio::cli {
+namespace {
+
+struct Options {
+  std::vector<std::string> inputs;
+  std::vector<std::string> excluded;
+  std::string directions;
+  std::string siblings;
+  int samples = 10;
+  int folds = 5;
+  int components = basis::kDefaultComponents;
+  double noise = 0.0;
+  double angle_error_deg = 0.0;
+  std::uint64_t seed = 1;
+  bool json = false;
+};
+
+/// Groups from a CSV file "material,group"; materials it does not list stand alone.
+std::vector<std::string> groups_from(const std::filesystem::path& path,
+                                     const basis::TrainingSet& set) {
+  samples::CsvReader reader(path);
+  const auto material = reader.column("material");
+  const auto group = reader.column("group");
+  if (!material || !group) {
+    throw UsageError(fmt::format("{}: line {}: expected columns material and group", path.string(),
+                                 reader.header_line()));
+  }
+  std::map<std::string, std::string> group_of;
+  while (const auto row = reader.next()) group_of[row->cells[*material]] = row->cells[*group];
+  std::vector<std::string> groups;
+  for (const basis::MaterialId& id : set.materials()) {
+    const auto found = group_of.find(id.name);
+    groups.push_back(found == group_of.end() ? std::string() : found->second);
+  }
+  return groups;
+}
+
+std::vector<brdf::HalfDiff> usable_directions(const Console& console, const std::string& word) {
+  std::vector<brdf::HalfDiff> directions;
+  for (const samples::Direction& each : directions_input(word, samples::BelowHorizon::Keep)) {
+    const brdf::HalfDiff& angles = each.angles;
+    if (brdf::above_horizon(angles.theta_h, angles.theta_d, angles.phi_d)) {
+      directions.push_back(angles);
+    } else {
+      console.warn(
+          fmt::format("{}: direction {} is below the horizon and left out", word, to_text(angles)));
+    }
+  }
+  if (directions.empty()) throw UsageError(word + ": found no usable direction");
+  return directions;
+}
+
+nlohmann::ordered_json summary_json(const quality::Summary& summary) {
+  return {{"mean", summary.mean},
+          {"median", summary.median},
+          {"p10", summary.tenth_percentile},
+          {"p90", summary.ninetieth_percentile}};
+}
+
+int evaluate(Context& context, const Options& options) {
+  const TrainingInput input = training_input(options.inputs, options.excluded);
+  if (input.size() < 4) {
+    throw UsageError(fmt::format("found {} materials, expected at least 4", input.size()));
+  }
+  std::vector<quality::Contender> contenders;
+  const auto add = [&](std::string label, std::vector<brdf::HalfDiff> directions, bool published) {
+    quality::Contender contender;
+    contender.label = std::move(label);
+    contender.sample_count =
+        directions.empty() ? options.samples : static_cast<int>(directions.size());
+    contender.directions = std::move(directions);
+    if (published) contender.reconstruct.method = basis::Method::nielsen;
+    contenders.push_back(std::move(contender));
+  };
+  add(fmt::format("chosen {}, ridge", options.samples), {}, false);
+  if (!options.directions.empty()) {
+    const auto directions = usable_directions(context.console, options.directions);
+    add("given directions, ridge", directions, false);
+    add("given directions, published", directions, true);
+  }
+  add("published ten, eta 40", design::published_set("nielsen-10").directions, true);
+
+  const basis::TrainingSet set = [&] {
+    const PhaseTimer timer(context.console, "reading materials");
+    return load_training_set(input);
+  }();
+  quality::EvaluateOptions how;
+  how.folds = options.folds;
+  how.components = options.components;
+  how.noise.relative = options.noise;
+  how.noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);
+  how.seed = options.seed;
+  if (!options.siblings.empty()) how.groups = groups_from(options.siblings, set);
+  try {
+    how.validate(set.material_count());
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+  const Eigen::MatrixXd gram = [&] {
+    const PhaseTimer timer(context.console, "Gram matrix");
+    return basis::centred_gram(set);
+  }();
+  Progress progress(context.console, "evaluating");
+  const auto results = quality::evaluate(
+      set, gram, [&](std::size_t i) { return load_table(input.material(i)); }, contenders, how,
+      [&](const quality::EvaluateProgress& now) {
+        progress.update(static_cast<double>(now.done) / static_cast<double>(now.total),
+                        fmt::format("fold {} of {}", now.fold + 1, now.folds));
+      });
+  if (options.json) {
+    nlohmann::ordered_json list = nlohmann::ordered_json::array();
+    for (const quality::ContenderResult& result : *results) {
+      nlohmann::ordered_json materials = nlohmann::ordered_json::array();
+      for (const quality::MaterialScore& score : result.scores) {
+        materials.push_back({{"material", set.materials()[score.material].name},
+                             {"fold", score.fold},
+                             {"psnr_a_db", score.errors.lighting_a.psnr_db},
+                             {"psnr_b_db", score.errors.lighting_b.psnr_db},
+                             {"weighted_log_rmse", score.errors.lattice.weighted_log_rmse},
+                             {"grazing_log_rmse", score.errors.lattice.grazing_log_rmse},
+                             {"raw_rmse_per_sr", score.errors.lattice.raw_rmse_per_sr}});
+      }
+      list.push_back({{"method", result.contender.label},
+                      {"samples", result.contender.sample_count},
+                      {"psnr_a_db", summary_json(result.psnr_a_db())},
+                      {"psnr_b_db", summary_json(result.psnr_b_db())},
+                      {"weighted_log_rmse", summary_json(result.weighted_log_rmse())},
+                      {"grazing_log_rmse", summary_json(result.grazing_log_rmse())},
+                      {"raw_rmse_per_sr", summary_json(result.raw_rmse_per_sr())},
+                      {"mean_delta_e_a", summary_json(result.mean_delta_e())},
+                      {"materials", materials}});
+    }
+    context.console.result(list.dump(2) + "\n");
+    return kSuccess;
+  }
+  std::string text =
+      fmt::format("{} materials, {} folds, each material left out of basis and design\n",
+                  set.material_count(), options.folds);
+  text += fmt::format("{:<30} {:>7} {:>7} {:>7} {:>9} {:>9} {:>6}\n", "", "PSNR A", "10 %",
+                      "PSNR B", "log RMSE", "grazing", "dE00");
+  for (const quality::ContenderResult& result : *results) {
+    const quality::Summary psnr = result.psnr_a_db();
+    text += fmt::format("{:<30} {:7.2f} {:7.2f} {:7.2f} {:9.4f} {:9.4f} {:6.2f}\n",
+                        result.contender.label, psnr.mean, psnr.tenth_percentile,
+                        result.psnr_b_db().mean, result.weighted_log_rmse().mean,
+                        result.grazing_log_rmse().mean, result.mean_delta_e().mean);
+  }
+  context.console.result(text);
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_evaluate(const Command& root) {
+  auto options = std::make_shared<Options>();
+  const Command command =
+      root.add("evaluate", "Held-out accuracy over many materials",
+               "gonio evaluate BRDFDatabase/brdfs --samples 10 --folds 5 --json");
+  command.texts("FILES_OR_DIRS", options->inputs,
+                "MERL files, folders of them, \"builtin\" or \"builtin:NAME\"", Need::required);
+  command.integer("--samples", options->samples, 1, 1000, "Directions to choose per fold");
+  command.integer("--folds", options->folds, 2, 100000, "Parts the materials are split into");
+  command.integer("--components", options->components, 1, 10000, "Of the basis");
+  command.text("--directions", options->directions,
+               "Score these as well: a CSV file or a published set");
+  command.texts("--exclude", options->excluded, "Leave these materials out altogether");
+  command.text("--exclude-siblings", options->siblings,
+               "CSV file material,group: materials of one group always share a fold");
+  command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
+  command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
+                 "Standard deviation of the normal's tilt, degrees per axis");
+  command.seed(options->seed, "Of search and noise");
+  command.flag("--json", options->json, "Print JSON");
+  command.on_call(options, evaluate);
+}
+
+}  // namespace gonio::cli

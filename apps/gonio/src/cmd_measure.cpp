@@ -1,0 +1,112 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "command.h"
+#include "directions_input.h"
+#include "gonio/files/text_file.h"
+#include "plan_file.h"
+#include "planning.h"
+#include "session_run.h"
+#include "simulated_rig.h"
+#include "stop_signals.h"
+
+namespace gonio::cli {
+namespace {
+
+struct Options {
+  std::string rig;
+  std::string plan;
+  std::string out;
+  std::string calibration;
+  std::string material;
+  SessionLabels labels;
+  std::uint64_t seed = 1;
+  bool dry_run = false;
+  bool skip_unreachable = false;
+  bool yes = false;
+};
+
+int measure(Context& context, const Options& options) {
+  const Console& console = context.console;
+  if (options.out.empty() && !options.dry_run) throw UsageError("--out is required, or --dry-run");
+  if (!options.dry_run) files::require_creatable(options.out);
+  SimulatedSession session;
+  session.rig = read_rig_file(options.rig);
+  session.instrument = instrument_of(session.rig, options.calibration);
+  const rig::Inverse inverse(session.instrument.rig, session.rig.branches);
+  if (std::filesystem::exists(options.plan) && has_poses(options.plan, session.instrument.rig)) {
+    session.plan = read_poses(options.plan, session.instrument.rig);
+  } else {
+    session.plan = plan_poses(session.rig, inverse,
+                              directions_input(options.plan, samples::BelowHorizon::Keep), 1);
+    refuse_unreachable(console, options.plan, session.plan, options.skip_unreachable);
+    session.plan.refused.clear();
+  }
+  session.plan_text = std::filesystem::exists(options.plan)
+                          ? files::read_text_file(options.plan)
+                          : plan_text(session.instrument.rig, session.plan, {}, {options.plan});
+  const std::string material = options.material.empty() ? session.rig.material : options.material;
+  if (material.empty()) {
+    throw UsageError("nothing lies on the simulated rig",
+                     "give --material FILE or --material builtin:NAME");
+  }
+  const NamedMaterial named = named_material(material);
+  session.material = load_sample(named);
+  session.material_name = named.name;
+  session.seed = options.seed;
+  session.labels = options.labels;
+  if (session.labels.sample_id.empty()) session.labels.sample_id = named.name;
+  session.archive = options.out;
+  session.ask_person = !options.yes;
+
+  std::string text;
+  for (const auto& point : session.plan.points) {
+    text += fmt::format("{:<32} branch {}  {:5.1f} s\n", to_text(point.direction),
+                        rig::branch_name(point.pose), point.predicted_s);
+  }
+  if (options.dry_run) {
+    context.console.result(text);
+    console.say(fmt::format("{} directions on {}, about {}; nothing was moved",
+                            session.plan.points.size(), session.instrument.rig.name,
+                            duration_text(session.plan.duration_s)));
+    return kSuccess;
+  }
+  const StopSignals signals;
+  const acquisition::SessionResult result = run_simulated(console, session, signals.token());
+  for (const std::string& warning : result.warnings) console.warn(warning);
+  console.say(fmt::format("{}: {} of {} directions in {} of session time", options.out,
+                          result.measured, session.plan.points.size(),
+                          duration_text(result.duration_s)));
+  if (result.complete) return kSuccess;
+  console.error(fmt::format("{}: {} after {} of {} directions", options.out,
+                            signals.asked() ? "stopped" : "incomplete", result.measured,
+                            session.plan.points.size()),
+                "what was measured is in the archive and can be reduced once it has a white");
+  return kIncompleteSession;
+}
+
+}  // namespace
+
+void add_measure(const Command& root) {
+  auto options = std::make_shared<Options>();
+  const Command command = root.add("measure", "Run a session",
+                                   "gonio measure rigs/simulated.toml --plan plan.csv "
+                                   "--material builtin:gold-satin --out session");
+  command.text("RIG", options->rig, "Rig file", Need::required);
+  command.text("--plan", options->plan, "Plan or list of directions (CSV)", Need::required);
+  command.text("--out", options->out, "Session archive to create");
+  command.flag("--dry-run", options->dry_run, "Check and show the plan; move nothing");
+  command.text("--calibration", options->calibration, "Instrument constants");
+  command.text("--material", options->material,
+               "What lies on a simulated rig: a MERL file or builtin:NAME");
+  command.text("--sample-id", options->labels.sample_id, "Stored with the session");
+  command.text("--operator", options->labels.operator_name, "Stored with the session");
+  command.text("--note", options->labels.note, "Stored with the session");
+  command.seed(options->seed, "Of the simulated world");
+  command.flag("--skip-unreachable", options->skip_unreachable,
+               "Leave out directions the rig cannot measure");
+  command.flag("--yes", options->yes, "Do not ask before going on");
+  command.on_call(options, measure);
+}
+
+}  // namespace gonio::cli

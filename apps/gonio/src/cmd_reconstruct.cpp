@@ -1,0 +1,110 @@
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "command.h"
+#include "gonio/basis/basis_file.h"
+#include "gonio/basis/dense_field.h"
+#include "gonio/basis/reconstruct.h"
+#include "gonio/brdf/merl_file.h"
+#include "provenance.h"
+#include "samples_input.h"
+#include "session_run.h"
+
+namespace gonio::cli {
+
+samples::SampleSet samples_input(const Console& console, const std::filesystem::path& path) {
+  if (!std::filesystem::is_directory(path)) {
+    samples::SampleSet set = samples::read_samples(path);
+    for (const std::string& warning : set.warnings) console.warn(path.string() + ": " + warning);
+    return set;
+  }
+  const StoredSession session = open_session(path);
+  acquisition::Reduction reduction = reduce_session(session, session.rig.reduction);
+  for (const std::string& damage : session.archive.damage()) console.warn(damage);
+  for (const std::string& warning : reduction.warnings) console.warn(warning);
+  return std::move(reduction.samples);
+}
+
+basis::ReconstructOptions reconstruct_options(const std::string& method, const std::string& eta) {
+  basis::ReconstructOptions options;
+  options.method = basis::method_from_string(method);
+  if (eta == "auto") return options;
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(eta.data(), eta.data() + eta.size(), value);
+  if (error != std::errc() || end != eta.data() + eta.size() || !(value > 0.0) || !(value < 1e12)) {
+    throw UsageError(fmt::format("--eta: found {:?}, expected auto or a number above 0", eta));
+  }
+  options.eta = value;
+  return options;
+}
+
+namespace {
+
+struct Options {
+  std::string input;
+  std::string basis;
+  std::string out;
+  std::string method = "ridge";
+  std::string eta = "auto";
+  bool force = false;
+};
+
+int reconstruct(Context& context, const Options& options) {
+  const basis::ReconstructOptions how = reconstruct_options(options.method, options.eta);
+  files::require_creatable(options.out, overwrite(options.force));
+  const samples::SampleSet samples = samples_input(context.console, options.input);
+  const basis::Basis basis = [&] {
+    const PhaseTimer timer(context.console, "reading the basis");
+    return basis::read_basis(options.basis);
+  }();
+  if (samples.scale != basis.scale) {
+    throw UsageError(fmt::format("{}: radiometric scale: found {}, expected {} as in {}",
+                                 options.input, brdf::to_string(samples.scale),
+                                 brdf::to_string(basis.scale), options.basis));
+  }
+  const basis::Fit fit = [&] {
+    const PhaseTimer timer(context.console, "fitting");
+    return blame(options.input, [&] { return basis::fit(basis, samples, how); });
+  }();
+  const brdf::BrdfTable table = basis::expand(basis, fit.coefficients);
+  nlohmann::ordered_json record = provenance("reconstruct");
+  record["samples"] = samples.samples.size();
+  if (std::filesystem::is_regular_file(options.input)) {
+    record["input"] = input_record(options.input);
+  } else {
+    record["input"] = {
+        {"name", std::filesystem::path(options.input).lexically_normal().filename().string()}};
+  }
+  record["basis"] = basis_record(basis);
+  record["method"] = options.method;
+  record["eta"] = options.eta;
+  record["chi2_per_sample"] = fit.chi2_per_sample;
+  record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
+  brdf::write_merl(options.out, table, overwrite(options.force), record.dump());
+  context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2f}, innovation {:.2f}",
+                                  options.out, samples.samples.size(), fit.chi2_per_sample,
+                                  fit.innovation_chi2_per_sample));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_reconstruct(const Command& root) {
+  auto options = std::make_shared<Options>();
+  const Command command =
+      root.add("reconstruct", "Fit a BRDF to samples; writes X.binary and X.json",
+               "gonio reconstruct session --basis basis.h5 --out found.binary");
+  command.text("SESSION_OR_SAMPLES", options->input, "Session archive or samples.csv",
+               Need::required);
+  command.text("--basis", options->basis, "Basis file", Need::required);
+  command.text("--out", options->out, "MERL file to write", Need::required);
+  command.choice("--method", options->method, {"ridge", "nielsen"},
+                 "How to fit; nielsen is the published method");
+  command.text("--eta", options->eta,
+               "Ridge parameter: auto (from the samples' noise) or a number");
+  command.force(options->force);
+  command.on_call(options, reconstruct);
+}
+
+}  // namespace gonio::cli

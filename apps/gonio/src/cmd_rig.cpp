@@ -1,0 +1,112 @@
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "gonio/design/published_sets.h"
+#include "gonio/rig/reach.h"
+#include "simulated_rig.h"
+
+namespace gonio::cli {
+namespace {
+
+struct CheckOptions {
+  std::string rig;
+  bool json = false;
+};
+
+struct NoOptions {};
+
+std::string reach_text(const rig::ReachStatistics& reach, bool closed_form) {
+  const auto percent = [&](std::size_t cells) {
+    return 100.0 * static_cast<double>(cells) / static_cast<double>(reach.valid_cells);
+  };
+  std::string text =
+      fmt::format("reach{}        {:.1f} % of {} directions\n",
+                  closed_form ? "   " : " <=", percent(reach.reachable_cells), reach.valid_cells);
+  for (const auto& [reason, cells] : reach.refused) {
+    text += fmt::format("  refused       {:5.1f} %  {}\n", percent(cells), rig::to_string(reason));
+  }
+  return text;
+}
+
+int check(Context& context, const CheckOptions& options) {
+  const RigFile file = read_rig_file(options.rig);
+  const instrument::Instrument known = instrument_of(file);
+  const rig::Inverse inverse(known.rig, file.branches);
+  const rig::ReachStatistics reach = [&] {
+    const PhaseTimer timer(context.console, "reach");
+    return rig::reach_statistics(inverse);
+  }();
+  const design::PublishedSet& published = design::published_set("nielsen-10");
+  int published_reached = 0;
+  for (const brdf::HalfDiff& direction : published.directions) {
+    if (!inverse.solve(direction).poses.empty()) ++published_reached;
+  }
+  const bool in_plane_only = rig::reach_rank(known.rig) < 3;
+  if (options.json) {
+    nlohmann::ordered_json refused = nlohmann::ordered_json::object();
+    for (const auto& [reason, cells] : reach.refused) {
+      refused[std::string(rig::to_string(reason))] = cells;
+    }
+    const nlohmann::ordered_json result = {{"rig", known.rig.name},
+                                           {"driver", "simulated"},
+                                           {"calibration", known.id},
+                                           {"axes", known.rig.axes.size()},
+                                           {"closed_form", inverse.closed_form()},
+                                           {"in_plane_only", in_plane_only},
+                                           {"valid_cells", reach.valid_cells},
+                                           {"reachable_cells", reach.reachable_cells},
+                                           {"refused_cells", refused},
+                                           {"published_ten_reached", published_reached}};
+    context.console.result(result.dump(2) + "\n");
+    return kSuccess;
+  }
+  std::string text = fmt::format("rig             {} ({})\n", known.rig.name,
+                                 inverse.closed_form() ? "closed form" : "numeric inverse");
+  text += fmt::format("constants       {}\n", known.id);
+  for (const rig::Axis& axis : known.rig.axes) {
+    text += fmt::format("axis            {:<12} {:g} to {:g} deg, home {:g}, {:g} deg/s\n",
+                        axis.name, axis.min.degrees(), axis.max.degrees(), axis.home.degrees(),
+                        axis.max_speed_deg_per_s);
+  }
+  text += fmt::format("camera          {} x {} px, {:.0f} mm away\n", known.camera.width_px,
+                      known.camera.height_px, file.camera_distance());
+  text += fmt::format("lamp            {}, {:.0f} mm away\n",
+                      file.white_light ? "white" : "R, G, B in turn", file.lamp_distance());
+  text += reach_text(reach, inverse.closed_form());
+  if (in_plane_only) text += "  the axes reach in-plane directions only\n";
+  text += fmt::format("published ten   {} of {} reached\n", published_reached,
+                      published.directions.size());
+  context.console.result(text);
+  return kSuccess;
+}
+
+int example(Context& context, const NoOptions&) {
+  context.console.result(
+      "# A rig file for gonio. Every key is optional and stands here with its default; unknown "
+      "keys\n"
+      "# are errors. `gonio rig check FILE` says what a rig can reach. Angles are in degrees,\n"
+      "# lengths in millimetres; a calibration file brings the measured constants.\n" +
+      rig_file_text(default_rig_file(), true));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_rig(const Command& root) {
+  const Command rig = root.add("rig", "Check a rig file, or print an example",
+                               "gonio rig check rigs/simulated.toml");
+  rig.require_subcommand();
+  auto check_options = std::make_shared<CheckOptions>();
+  const Command check_command =
+      rig.add("check", "Validate a rig file; say its reach", "gonio rig check rigs/simulated.toml");
+  check_command.text("RIG", check_options->rig, "Rig file", Need::required);
+  check_command.flag("--json", check_options->json, "Print JSON");
+  check_command.on_call(check_options, check);
+  const Command example_command =
+      rig.add("example", "Print a commented rig file", "gonio rig example > rig.toml");
+  example_command.on_call(std::make_shared<NoOptions>(), example);
+}
+
+}  // namespace gonio::cli

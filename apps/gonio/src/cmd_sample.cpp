@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include "command.h"
+#include "directions_input.h"
+#include "gonio/quality/synthetic_samples.h"
+#include "materials_input.h"
+#include "patch_geometry.h"
+
+namespace gonio::cli {
+
+quality::PatchGeometry patch_of(const RigFile& rig) {
+  quality::PatchGeometry patch;
+  patch.half_width_mm = rig.reduction.sample_half_width_mm - rig.reduction.edge_margin_mm;
+  patch.grid = rig.reduction.grid;
+  patch.camera_distance_mm = rig.camera_distance();
+  patch.lamp_distance_mm = rig.lamp_distance();
+  return patch;
+}
+
+namespace {
+
+struct Options {
+  std::string material;
+  std::string directions;
+  std::string out;
+  std::string rig;
+  double noise = 0.0;
+  double angle_error_deg = 0.0;
+  std::uint64_t seed = 1;
+  bool force = false;
+};
+
+int sample(Context& context, const Options& options) {
+  files::require_creatable(options.out, overwrite(options.force));
+  std::vector<brdf::HalfDiff> directions;
+  for (const samples::Direction& each :
+       directions_input(options.directions, samples::BelowHorizon::Refuse)) {
+    directions.push_back(each.angles);
+  }
+  const quality::PatchGeometry patch =
+      options.rig.empty() ? quality::PatchGeometry{} : patch_of(read_rig_file(options.rig));
+  const SampleMaterial material = load_sample(named_material(options.material));
+  quality::SyntheticNoise noise;
+  noise.relative = options.noise;
+  noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);
+  const samples::SampleSet set = blame(options.directions, [&] {
+    return quality::synthetic_samples(*material.model, material.scale, directions, patch, noise,
+                                      options.seed);
+  });
+  samples::write_samples(options.out, set, overwrite(options.force));
+  context.console.say(fmt::format("{}: {} samples", options.out, set.samples.size()));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_sample(const Command& root) {
+  auto options = std::make_shared<Options>();
+  const Command command =
+      root.add("sample", "Evaluate a material at directions: a measurement without an instrument",
+               "gonio sample truth.binary --directions plan.csv --noise 0.01 --out samples.csv");
+  command.text("MATERIAL", options->material, "MERL file or builtin:NAME", Need::required);
+  command.text("--directions", options->directions, "CSV file or a published set", Need::required);
+  command.text("--out", options->out, "Samples to write (CSV)", Need::required);
+  command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
+  command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
+                 "Standard deviation of the normal's tilt, degrees per axis");
+  command.text("--rig", options->rig, "Sub-samples per pose, as this rig would see them");
+  command.seed(options->seed, "Of the noise");
+  command.force(options->force);
+  command.on_call(options, sample);
+}
+
+}  // namespace gonio::cli

@@ -1,0 +1,72 @@
+#include <fmt/format.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "command.h"
+#include "planning.h"
+#include "session_run.h"
+
+namespace gonio::cli {
+namespace {
+
+struct Options {
+  std::string session;
+  bool json = false;
+};
+
+int status(Context& context, const Options& options) {
+  const std::filesystem::path folder(options.session);
+  if (!std::filesystem::exists(folder / "session.sqlite")) {
+    throw UsageError(options.session + ": found no session.sqlite, expected a session archive");
+  }
+  const acquisition::SessionReader archive(folder);
+  std::map<std::string, int> frames;
+  for (const auto& frame : archive.frames()) {
+    ++frames[std::string(acquisition::to_string(frame.kind))];
+  }
+  int measured = 0;
+  for (const auto& point : archive.points()) {
+    if (point.outcome == acquisition::PointOutcome::Measured) ++measured;
+  }
+  const char* state = archive.finished() ? "complete" : "interrupted";
+  if (options.json) {
+    const nlohmann::ordered_json result = {
+        {"state", state},   {"points", archive.points().size()}, {"measured", measured},
+        {"frames", frames}, {"damage", archive.damage()},        {"metadata", archive.metadata()}};
+    context.console.result(result.dump(2) + "\n");
+  } else {
+    std::string text = fmt::format("state            {}\n", state);
+    text += fmt::format("points           {}, {} measured\n", archive.points().size(), measured);
+    for (const auto& [kind, count] : frames)
+      text += fmt::format("frames           {:4} {}\n", count, kind);
+    for (const auto& [key, value] : archive.metadata()) {
+      if (!value.empty()) text += fmt::format("{:<24} {}\n", key, value);
+    }
+    for (const auto& point : archive.points()) {
+      text += fmt::format("point {:3}  {:<32} {}{}{}\n", point.point, to_text(point.commanded),
+                          acquisition::to_string(point.outcome), point.note.empty() ? "" : ": ",
+                          point.note);
+    }
+    for (const auto& note : archive.notes()) {
+      text += fmt::format("{:8.1f} s  {}: {}\n", std::chrono::duration<double>(note.at).count(),
+                          note.kind, note.text);
+    }
+    for (const std::string& damage : archive.damage()) text += "damaged: " + damage + "\n";
+    context.console.result(text);
+  }
+  return archive.finished() && archive.damage().empty() ? kSuccess : kIncompleteSession;
+}
+
+}  // namespace
+
+void add_status(const Command& root) {
+  auto options = std::make_shared<Options>();
+  const Command command =
+      root.add("status", "What a session archive holds", "gonio status session");
+  command.text("SESSION", options->session, "Session archive", Need::required);
+  command.flag("--json", options->json, "Print JSON");
+  command.on_call(options, status);
+}
+
+}  // namespace gonio::cli

@@ -1,0 +1,192 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "command.h"
+#include "gonio/parallel/parallel.h"
+#include "gonio/version/version.h"
+#include "suggest.h"
+
+namespace gonio::cli {
+namespace {
+
+std::vector<std::string> subcommand_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* sub : app.get_subcommands({})) names.push_back(sub->get_name());
+  return names;
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+CLI::App* subcommand(CLI::App& app, const std::string& name) {
+  for (CLI::App* sub : app.get_subcommands({})) {
+    if (sub->get_name() == name) return sub;
+  }
+  return nullptr;
+}
+
+/// The innermost subcommand that the words lead to, and the first word after it that is no option.
+struct Called {
+  CLI::App* command;
+  std::string next;
+};
+Called called_command(CLI::App& app, const std::vector<std::string>& words) {
+  Called called{&app, {}};
+  for (const std::string& word : words) {
+    if (word.starts_with("-")) continue;
+    CLI::App* next = subcommand(*called.command, word);
+    if (next == nullptr) {
+      called.next = word;
+      break;
+    }
+    called.command = next;
+  }
+  return called;
+}
+
+/// What is wrong with a command line, in one line.
+std::string usage_message(const Called& called, const CLI::ParseError& error) {
+  const std::vector<std::string> subcommands = subcommand_names(*called.command);
+  if (!subcommands.empty() && !called.next.empty()) {
+    return fmt::format("unknown subcommand \"{}\"{}", called.next,
+                       did_you_mean(called.next, subcommands));
+  }
+  // A mistyped option is also the reason when the one that was meant is missed.
+  for (const std::string& extra : called.command->remaining()) {
+    const std::string name = extra.substr(0, extra.find('='));
+    if (!name.starts_with("-")) return fmt::format("unexpected argument \"{}\"", extra);
+    return fmt::format("unknown option {}{}", name,
+                       did_you_mean(name, option_names(*called.command)));
+  }
+  if (!subcommands.empty()) return "a subcommand is required";
+  std::string text = error.what();
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+void collect_words(const CLI::App& command, const std::string& path,
+                   std::vector<Command::Words>& all) {
+  Command::Words own{path, subcommand_names(command)};
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) own.words.push_back("--" + name);
+    for (const std::string& name : option->get_snames()) own.words.push_back("-" + name);
+  }
+  all.push_back(std::move(own));
+  for (const CLI::App* sub : command.get_subcommands({})) {
+    collect_words(*sub, path.empty() ? sub->get_name() : path + " " + sub->get_name(), all);
+  }
+}
+
+void mark(CLI::Option* option, Need need, bool show_default) {
+  if (need == Need::required) {
+    option->required();
+  } else if (show_default) {
+    option->capture_default_str();
+  }
+}
+
+}  // namespace
+
+Command Command::add(const std::string& name, const std::string& description,
+                     const std::string& example) const {
+  CLI::App& command = *app_->add_subcommand(name, description);
+  command.footer("Example:\n  " + example);
+  const Command added(command, *context_);
+  added.flag("-v,--verbose", context_->verbose, "Say more, with times");
+  added.flag("-q,--quiet", context_->quiet, "Say nothing but results and errors");
+  command.add_option("--threads", context_->threads, "How many to use; 0: one per processor")
+      ->check(CLI::Range(0U, 1024U));
+  return added;
+}
+
+void Command::require_subcommand() const { app_->require_subcommand(1); }
+
+void Command::flag(const std::string& name, bool& value, const std::string& help) const {
+  app_->add_flag(name, value, help);
+}
+
+void Command::text(const std::string& name, std::string& value, const std::string& help,
+                   Need need) const {
+  mark(app_->add_option(name, value, help), need, !value.empty());
+}
+
+void Command::texts(const std::string& name, std::vector<std::string>& values,
+                    const std::string& help, Need need) const {
+  mark(app_->add_option(name, values, help), need, false);
+}
+
+void Command::integer(const std::string& name, int& value, int min, int max,
+                      const std::string& help) const {
+  mark(app_->add_option(name, value, help)->check(CLI::Range(min, max)), Need::optional,
+       value != 0);
+}
+
+void Command::number(const std::string& name, double& value, double min, double max,
+                     const std::string& help) const {
+  mark(app_->add_option(name, value, help)->check(CLI::Range(min, max)), Need::optional,
+       value != 0.0);
+}
+
+void Command::seed(std::uint64_t& value, const std::string& help) const {
+  mark(app_->add_option("--seed", value, help), Need::optional, true);
+}
+
+void Command::choice(const std::string& name, std::string& value,
+                     const std::vector<std::string>& words, const std::string& help,
+                     Need need) const {
+  mark(app_->add_option(name, value, help)->check(CLI::IsMember(words)), need, true);
+}
+
+std::vector<Command::Words> Command::all_words() const {
+  std::vector<Words> all;
+  collect_words(*app_, "", all);
+  return all;
+}
+
+void Command::set_action(std::function<int()> action) const {
+  app_->callback([context = context_, action = std::move(action)] { context->action = action; });
+}
+
+int run_command_line(int argc, char** argv) {
+  Context context;
+  CLI::App app{"Measures the BRDF of flat isotropic samples with few directions.", "gonio"};
+  app.set_version_flag("--version", fmt::format("gonio {} ({})", version(), revision()));
+  app.footer("Start with:\n  gonio demo");
+  const Command root(app, context);
+  root.require_subcommand();
+  for (const auto add : {add_demo, add_materials, add_train, add_plan, add_rig, add_measure,
+                         add_status, add_reduce, add_reconstruct, add_sample, add_evaluate,
+                         add_compare, add_render, add_report, add_completion}) {
+    add(root);
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    const Called called =
+        called_command(app, std::vector<std::string>(argv + std::min(1, argc), argv + argc));
+    const std::string name = called.command == &app ? "" : " " + called.command->get_name();
+    context.console.error(usage_message(called, error),
+                          fmt::format("gonio{} --help says more", name));
+    return kBadInput;
+  }
+  context.console.verbosity = context.quiet ? -1 : (context.verbose ? 1 : 0);
+  try {
+    parallel::set_thread_count(context.threads);
+    return context.action();
+  } catch (const std::exception& error) {
+    const Failure failure = describe(error);
+    context.console.error(failure.message, failure.hint);
+    return failure.code;
+  }
+}
+
+}  // namespace gonio::cli

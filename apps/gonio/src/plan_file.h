@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "gonio/acquisition/measurement_plan.h"
+#include "gonio/rig/kinematics.h"
+
+namespace gonio::cli {
+
+/// plan.csv (docs/formats.md): directions in visiting order with poses.
+///
+/// `exposures_us`  One per point, or empty: the column is left out.
+/// `comments`      Lines without '#'.
+std::string plan_text(const rig::RigDescription& rig, const acquisition::MeasurementPlan& plan,
+                      const std::vector<double>& exposures_us,
+                      const std::vector<std::string>& comments);
+
+/// Directions alone, in the order given.
+std::string directions_text(const std::vector<brdf::HalfDiff>& directions,
+                            const std::vector<std::string>& comments);
+
+/// True when the file has a joint column for every axis of the rig and a branch: its poses and its
+/// order are then used as they stand.
+bool has_poses(const std::filesystem::path& path, const rig::RigDescription& rig);
+
+/// Points of such a file, with travel and predicted times for this rig.
+/// Throws DataFormatError also for joints that do not realise their direction on this rig.
+acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
+                                        const rig::RigDescription& rig);
+
+}  // namespace gonio::cli

@@ -1,0 +1,175 @@
+#include "report_data.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "gonio/quality/physics_checks.h"
+#include "provenance.h"
+
+namespace gonio::cli {
+namespace {
+
+/// A fit that leaves more than this much of its prior-weighted residual is outside its training.
+constexpr double kInnovationLimit = 4.0;
+
+double seconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+struct PointTimes {
+  double first_s = std::numeric_limits<double>::infinity();
+  double exposure_s = 0.0;
+};
+
+void add_poses_and_timing(const StoredSession& session, report::ReportData& data) {
+  const acquisition::SessionReader& archive = session.archive;
+  std::map<int, PointTimes> times;
+  double white_s = 0.0;
+  double last_s = 0.0;
+  double exposure_s = 0.0;
+  double opening_s = 0.0;  // the end of the last white before the first point
+  for (const acquisition::FrameRecord& frame : archive.frames()) {
+    const double start = seconds(frame.exposure_start);
+    last_s = std::max(last_s, start + seconds(frame.exposure));
+    if (frame.point < 0) {
+      white_s += seconds(frame.exposure);
+      if (times.empty()) opening_s = start + seconds(frame.exposure);
+      continue;
+    }
+    PointTimes& point = times[frame.point];
+    point.first_s = std::min(point.first_s, start);
+    point.exposure_s += seconds(frame.exposure);
+    exposure_s += seconds(frame.exposure);
+  }
+  double before_s = opening_s;
+  double travel_s = 0.0;
+  double dwell_s = 0.0;
+  for (const acquisition::PointRecord& point : archive.points()) {
+    report::MeasuredPose pose;
+    pose.pose = point.point;
+    pose.direction = point.commanded;
+    if (point.joints.size() == session.instrument.rig.axes.size()) {
+      brdf::DirectionPair pair =
+          rig::forward(session.instrument.rig, point.joints).directions_at(Eigen::Vector3d::Zero());
+      if (point.branch == 'C' || point.branch == 'D') std::swap(pair.wi, pair.wo);
+      pose.direction = brdf::half_diff_from_directions(pair);
+    }
+    pose.branch = point.branch;
+    pose.outcome = acquisition::to_string(point.outcome);
+    const auto found = times.find(point.point);
+    if (found != times.end()) {
+      pose.travel_s = std::max(0.0, found->second.first_s - before_s);
+      pose.dwell_s = std::max(0.0, seconds(point.finished_at) - found->second.first_s);
+    }
+    before_s = seconds(point.finished_at);
+    travel_s += pose.travel_s;
+    dwell_s += pose.dwell_s;
+    data.poses.push_back(std::move(pose));
+  }
+  data.timing = {{"Homing, darks and opening white", opening_s},
+                 {"Travel and settling", travel_s},
+                 {"Exposures", exposure_s},
+                 {"Readout and bracketing", std::max(0.0, dwell_s - exposure_s)},
+                 {"Closing white", std::max(0.0, last_s - before_s)}};
+}
+
+}  // namespace
+
+report::ReportData session_report(const StoredSession& session) {
+  const acquisition::SessionReader& archive = session.archive;
+  report::ReportData data;
+  data.material = metadata(archive, "sample_id");
+  add_poses_and_timing(session, data);
+  const auto fact = [&](const char* name, const std::string& value) {
+    if (!value.empty()) data.session.push_back({name, value});
+  };
+  fact("Sample", metadata(archive, "sample_id"));
+  fact("Operator", metadata(archive, "operator"));
+  fact("Note", metadata(archive, "note"));
+  fact("Rig", metadata(archive, "rig"));
+  fact("Camera", metadata(archive, "camera"));
+  fact("Lamp", metadata(archive, "lamp_channels"));
+  fact("White reference", metadata(archive, "white_reference"));
+  fact("Calibration", metadata(archive, "calibration"));
+  if (metadata(archive, "driver") == "simulated") {
+    fact("Data", "simulated rig; material " + metadata(archive, "simulated_material") + ", seed " +
+                     metadata(archive, "seed"));
+  }
+  data.provenance = {{"Software", "gonio " + version_text()},
+                     {"Session recorded by",
+                      metadata(archive, "software") + " (" + metadata(archive, "revision") + ")"},
+                     {"Session started (UTC)", metadata(archive, "provenance_started_utc")},
+                     {"Calibration SHA-256", metadata(archive, "calibration_sha256")},
+                     {"Plan SHA-256", metadata(archive, "plan_sha256")}};
+  for (const std::string& damage : archive.damage()) data.warnings.push_back("Archive: " + damage);
+  if (!archive.finished()) data.warnings.emplace_back("The session was interrupted.");
+  for (const acquisition::SessionNote& note : archive.notes()) {
+    if (note.kind == "warning") data.warnings.push_back(note.text);
+  }
+  return data;
+}
+
+std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& samples,
+                                                 const basis::Fit& fit) {
+  std::vector<report::FittedSample> fitted;
+  for (std::size_t i = 0; i < samples.samples.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    fitted.push_back({samples.samples[i], fit.fitted_per_sr.row(row).transpose().array(),
+                      fit.standardised.row(row).transpose().array()});
+  }
+  return fitted;
+}
+
+std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& samples,
+                                                 const brdf::BrdfTable& table) {
+  const brdf::TableBrdf model(table);
+  std::vector<report::FittedSample> fitted;
+  for (const samples::Sample& sample : samples.samples) {
+    report::FittedSample each;
+    each.sample = sample;
+    each.fitted_per_sr = model.evaluate(sample.direction);
+    const brdf::Rgb variance = sample.sigma_per_sr.square() + sample.u_common_per_sr.square();
+    each.standardised = (variance > 0.0)
+                            .select((sample.value_per_sr - each.fitted_per_sr) / variance.sqrt(),
+                                    brdf::Rgb::Constant(std::numeric_limits<double>::quiet_NaN()));
+    fitted.push_back(std::move(each));
+  }
+  return fitted;
+}
+
+std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const basis::Fit* fit) {
+  using report::CheckStatus;
+  std::vector<report::CheckResult> checks;
+  const quality::EnergyCheck energy = quality::check_energy(brdf::TableBrdf(table), table.scale());
+  if (energy.applicable) {
+    checks.push_back({"Energy", energy.passed ? CheckStatus::passed : CheckStatus::failed,
+                      fmt::format("reflects at most {:.1f} % of the light that falls in",
+                                  100.0 * energy.largest)});
+  } else {
+    checks.push_back(
+        {"Energy", CheckStatus::not_applicable, "no absolute scale, so no limit to compare with"});
+  }
+  if (fit != nullptr) {
+    const double innovation = fit->innovation_chi2_per_sample;
+    checks.push_back({"Like the training materials",
+                      innovation <= kInnovationLimit ? CheckStatus::passed : CheckStatus::remark,
+                      fmt::format("chi2 of the samples against the prior {:.2f} per value (about 1 "
+                                  "for a material like those trained on)",
+                                  innovation)});
+    checks.push_back({"Samples explained",
+                      fit->chi2_per_sample <= 3.0 ? CheckStatus::passed : CheckStatus::remark,
+                      fmt::format("chi2 of the residuals {:.2f} per value", fit->chi2_per_sample)});
+  }
+  const std::size_t clamped = quality::clamped_cells(table);
+  const std::size_t cells = brdf::lattice::cells_above_horizon(table.convention()).size();
+  const double share = 100.0 * static_cast<double>(clamped) / static_cast<double>(cells);
+  checks.push_back({"Never negative", share < 5.0 ? CheckStatus::passed : CheckStatus::remark,
+                    fmt::format("{:.2f} % of the directions were clamped at zero", share)});
+  return checks;
+}
+
+}  // namespace gonio::cli

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gonio/basis/reconstruct.h"
+#include "gonio/report/report.h"
+#include "session_run.h"
+
+namespace gonio::cli {
+
+/// The page of a session: poses, timing, facts and provenance from the archive. Methods, samples
+/// and truth are added by the caller.
+report::ReportData session_report(const StoredSession& session);
+
+/// Samples beside the fit, for the page.
+std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& samples,
+                                                 const basis::Fit& fit);
+std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& samples,
+                                                 const brdf::BrdfTable& table);
+
+/// Self-checks of a result: energy, and how well it explains its samples where a fit is given.
+std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const basis::Fit* fit);
+
+}  // namespace gonio::cli

@@ -1,0 +1,312 @@
+#include "rig_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "config_reader.h"
+#include "config_writer.h"
+#include "gonio/errors/errors.h"
+#include "gonio/files/text_file.h"
+
+namespace gonio::cli {
+namespace {
+
+constexpr double kMicrosecond = 1e-6;
+constexpr double kMillisecond = 1e-3;
+constexpr Range kAnyDegrees{-3600.0, 3600.0};
+constexpr Range kMillimetres{-1e5, 1e5};
+constexpr Range kPositive{1e-9, 1e9};
+constexpr Range kNotNegative{0.0, 1e9};
+constexpr Range kExposure{1.0, 1e8};
+constexpr Range kShare{0.0, 1.0};
+
+void visit_axis(ConfigVisitor& v, rig::Axis& axis) {
+  v.angle("min_deg", axis.min, kAnyDegrees, "soft limits, inclusive");
+  v.angle("max_deg", axis.max, kAnyDegrees, "");
+  v.angle("home_deg", axis.home, kAnyDegrees, "where it stands after homing");
+  v.number("max_speed_deg_per_s", axis.max_speed_deg_per_s, kPositive, "");
+  v.number("acceleration_deg_per_s2", axis.acceleration_deg_per_s2, kPositive, "");
+  v.duration("settle_ms", axis.settle, kMillisecond, {0.0, 6e5}, "waited after every move");
+  v.angle("approach_overshoot_deg", axis.approach_overshoot, {0.0, 90.0},
+          "falling moves go this far below the target first; 0: no");
+}
+
+void visit_chain(ConfigVisitor& v, const std::string& name, std::string_view comment,
+                 rig::Chain& chain, const std::vector<std::string>& axis_names) {
+  v.table(name, comment, [&] {
+    Eigen::Vector3d origin = chain.home_pose.translation();
+    Eigen::Vector3d z = chain.home_pose.linear().col(2);
+    Eigen::Vector3d x = chain.home_pose.linear().col(0);
+    v.numbers("origin_mm", {origin.data(), 3}, kMillimetres, "tip at joint angles 0, world frame");
+    v.numbers("z_axis", {z.data(), 3}, {-1e3, 1e3}, "of the tip, world frame");
+    v.numbers("x_axis", {x.data(), 3}, {-1e3, 1e3}, "at right angles to it");
+    z.normalize();
+    x.normalize();
+    chain.home_pose.linear().col(0) = x;
+    chain.home_pose.linear().col(1) = z.cross(x);
+    chain.home_pose.linear().col(2) = z;
+    chain.home_pose.translation() = origin;
+    v.array(
+        "link", "base to tip", chain.links.size(),
+        [&](std::size_t count) {
+          rig::ChainLink fresh;
+          fresh.direction = Eigen::Vector3d::UnitZ();
+          fresh.point_mm = Eigen::Vector3d::Zero();
+          chain.links.assign(count, fresh);
+        },
+        [&](std::size_t i) {
+          rig::ChainLink& link = chain.links[i];
+          v.choice("axis", link.axis, axis_names, "");
+          v.numbers("direction", {link.direction.data(), 3}, {-1e3, 1e3},
+                    "of the screw, world frame at joint angles 0");
+          v.numbers("point_mm", {link.point_mm.data(), 3}, kMillimetres, "on the axis");
+          v.number("scale", link.scale, {-1e3, 1e3}, "-1: the stage counts the other way");
+          v.angle("offset_deg", link.offset, kAnyDegrees, "");
+          v.number("lead_mm_per_turn", link.lead_mm_per_turn, kMillimetres,
+                   "not 0: a slide along `direction`");
+        });
+  });
+}
+
+std::vector<std::string> axis_names(const rig::RigDescription& rig) {
+  std::vector<std::string> names;
+  for (const rig::Axis& axis : rig.axes) names.push_back(axis.name);
+  return names;
+}
+
+void visit_rig(ConfigVisitor& v, RigFile& file) {
+  v.table("rig", "The goniometer", [&] {
+    v.text("name", file.rig.name, "");
+    v.enumeration("driver", file.driver, {"simulated"}, "");
+    const RigFile::Kind kind_before = file.kind;
+    v.enumeration("type", file.kind, {"la2", "chains"},
+                  "the reference rig, or any by its serial chains");
+    if (file.kind == RigFile::Kind::la2) {
+      v.number("camera_distance_mm", file.camera_distance_mm, {10.0, 1e5}, "from the axes' centre");
+      v.number("lamp_distance_mm", file.lamp_distance_mm, {10.0, 1e5}, "");
+      const std::string name = file.rig.name;
+      if (!file.rig.axes.empty()) {  // an example or a resolved file: only the distances may differ
+        file.rig.camera.home_pose =
+            rig::la2(file.camera_distance_mm, file.lamp_distance_mm).camera.home_pose;
+        file.rig.lamp.home_pose =
+            rig::la2(file.camera_distance_mm, file.lamp_distance_mm).lamp.home_pose;
+      }
+      file.rig.name = name;
+    } else {
+      std::vector<std::string> names =
+          kind_before == RigFile::Kind::chains ? axis_names(file.rig) : std::vector<std::string>{};
+      v.texts("axes", names, "their names; each has a table [axis.NAME]");
+      if (names != axis_names(file.rig)) {
+        file.rig.axes.assign(names.size(), {});
+        for (std::size_t i = 0; i < names.size(); ++i) file.rig.axes[i].name = names[i];
+      }
+      if (kind_before == RigFile::Kind::la2) {
+        file.rig.camera = {};
+        file.rig.lamp = {};
+        file.rig.sample = {};
+      }
+    }
+    v.text("calibration", file.calibration,
+           "calibration file, relative to this one; empty: nominal constants");
+    v.flag("collimated_lamp", file.rig.collimated_lamp, "");
+    v.flag("simultaneous_axes", file.rig.simultaneous_axes, "false: one axis moves at a time");
+    v.flag("use_reciprocity", file.branches.reciprocal, "may exchange light and detector");
+    v.flag("use_other_side", file.branches.other_side, "may use the mirrored poses");
+  });
+  v.table("axis", "", [&] {
+    for (rig::Axis& axis : file.rig.axes) v.table(axis.name, "", [&] { visit_axis(v, axis); });
+  });
+  if (file.kind == RigFile::Kind::chains) {
+    const std::vector<std::string> names = axis_names(file.rig);
+    visit_chain(v, "camera_chain", "z forward, x right in the image", file.rig.camera, names);
+    visit_chain(v, "lamp_chain", "origin at the source, z towards the sample", file.rig.lamp,
+                names);
+    visit_chain(v, "sample_chain", "z = surface normal, x = sample mark", file.rig.sample, names);
+  }
+  v.table("limits", "What may be measured besides the axes' limits", [&] {
+    rig::MeasurementLimits& limits = file.rig.limits;
+    v.angle("theta_i_max_deg", limits.theta_i_max, {0.0, 90.0}, "of the light, from the normal");
+    v.angle("theta_o_max_deg", limits.theta_o_max, {0.0, 90.0}, "of the camera");
+    v.angle("theta_d_min_deg", limits.theta_d_min, {0.0, 90.0},
+            "closer, the lamp head hides the camera");
+  });
+}
+
+void visit_camera(ConfigVisitor& v, sim::CameraOptions& camera) {
+  v.table("camera", "Sensor and lens of the simulated camera", [&] {
+    v.integer("width_px", camera.width_px, {8, 16384}, "");
+    v.integer("height_px", camera.height_px, {8, 16384}, "");
+    v.enumeration("pixel_format", camera.pixel_format,
+                  {"mono", "bayer_rggb", "bayer_grbg", "bayer_gbrg", "bayer_bggr"}, "");
+    v.number("fx_px", camera.fx_px, kPositive, "focal length over pixel pitch");
+    v.number("fy_px", camera.fy_px, kPositive, "");
+    v.number("cx_px", camera.cx_px, {-1e5, 1e5}, "principal point; pixel centres are whole");
+    v.number("cy_px", camera.cy_px, {-1e5, 1e5}, "");
+    v.number("k1", camera.k1, {-100.0, 100.0}, "distortion (Brown 1971)");
+    v.number("k2", camera.k2, {-100.0, 100.0}, "");
+    v.number("p1", camera.p1, {-10.0, 10.0}, "");
+    v.number("p2", camera.p2, {-10.0, 10.0}, "");
+    v.number("responsivity_e_per_s", camera.responsivity_e_per_s, kPositive,
+             "electrons per second and W/m2/sr");
+    v.number("gain_dn_per_e", camera.dn_per_electron, kPositive, "");
+    v.number("read_noise_e", camera.read_noise_e, kNotNegative, "");
+    v.number("full_well_e", camera.full_well_e, kPositive, "");
+    v.number("black_level_dn", camera.black_level_dn, kNotNegative, "");
+    v.integer("bits", camera.bits, {8, 16}, "");
+    v.number("dark_current_e_per_s", camera.dark_current_e_per_s, kNotNegative, "");
+    v.number("prnu", camera.prnu, kShare, "relative spread of the pixels' response");
+    v.number("dsnu_e", camera.dsnu_e, kNotNegative, "spread of their offsets");
+    v.numbers("vignetting", camera.vignetting, {-1e3, 1e3}, "powers 1, 2, 3 of tan^2 of the angle");
+    v.duration("min_exposure_us", camera.min_exposure, kMicrosecond, kExposure, "");
+    v.duration("max_exposure_us", camera.max_exposure, kMicrosecond, kExposure, "");
+    v.duration("readout_us", camera.readout, kMicrosecond, {0.0, 1e8}, "");
+  });
+}
+
+void visit_session(ConfigVisitor& v, RigFile& file) {
+  acquisition::SessionOptions& session = file.session;
+  acquisition::ReductionOptions& reduction = file.reduction;
+  v.table("sample", "What is measured of a sample", [&] {
+    v.number("half_width_mm", session.sample_half_width_mm, {0.1, 1e4}, "used part of the sample");
+    v.number("edge_margin_mm", reduction.edge_margin_mm, {0.0, 1e3}, "kept clear of its edge");
+    v.number("spot_half_width_mm", session.spot_half_width_mm, {0.01, 1e3},
+             "averaged to one value");
+    v.integer("grid", reduction.grid, {1, 64}, "grid x grid values per pose");
+  });
+  v.table("white", "The white reference", [&] {
+    v.enumeration("placement", session.white, {"in_frame", "changer", "manual"}, "");
+    v.text("id", file.white.id, "");
+    v.numbers("reflectance", {file.white.reflectance.data(), 3}, {0.01, 1.0}, "R, G, B");
+    v.number("u_relative", file.white.u_relative, kShare, "its standard uncertainty");
+    v.numbers("patch_mm", {session.white_patch_mm.data(), 2}, kMillimetres,
+              "centre of the in-frame patch");
+    v.number("patch_half_width_mm", session.white_patch_half_width_mm, {0.1, 1e3}, "");
+  });
+  v.table("session", "How a session measures", [&] {
+    v.duration("first_exposure_us", session.first_exposure, kMicrosecond, kExposure, "");
+    v.duration("max_exposure_us", session.max_exposure, kMicrosecond, kExposure,
+               "longest one a bracket may use");
+    v.number("bracket_ratio", session.bracket_ratio, {1.01, 64.0}, "between exposures");
+    v.integer("max_exposures", session.max_exposures, {1, 64}, "per channel and point");
+    v.number("relative_sigma", session.relative_sigma, {1e-5, 0.99}, "wanted at the dimmest spot");
+    v.integer("white_frames", session.white_frames, {1, 1000}, "per channel, opening and closing");
+    v.integer("dark_frames", session.dark_frames, {1, 1000}, "");
+    v.integer("retries", session.retries, {0, 100}, "of a failed device call");
+    v.duration("move_timeout_s", session.move_timeout, 1.0, {0.1, 1e5}, "");
+  });
+}
+
+void visit_simulation(ConfigVisitor& v, RigFile& file) {
+  v.table("simulation", "What is true in the simulated world and unknown to the session", [&] {
+    sim::SimOptions& world = file.world;
+    v.text("material", file.material, "on the rig unless `measure --material` names another");
+    v.angle("tilt_rms_deg", file.tilt_rms, {0.0, 10.0}, "of the sample's normal, about x and y");
+    v.angle("zero_offset_deg", file.axis_errors.zero_offset, {-10.0, 10.0}, "of every axis");
+    v.angle("backlash_deg", file.axis_errors.backlash, {0.0, 5.0}, "");
+    v.angle("encoder_step_deg", file.axis_errors.encoder_step, {0.0, 5.0}, "");
+    v.angle("homing_sigma_deg", file.axis_errors.homing_sigma, {0.0, 5.0}, "");
+    v.angle("positioning_sigma_deg", file.axis_errors.positioning_sigma, {0.0, 5.0}, "");
+    v.flag("white_light", file.white_light, "one white lamp channel instead of R, G, B");
+    v.number("lamp_drift_sigma", world.lamp.drift_sigma, kShare, "");
+    v.number("stray_fraction", world.lamp.stray_fraction, kShare, "of the lamp's light");
+    v.number("ambient_radiance", world.scene.ambient_radiance, kNotNegative, "W/m2/sr");
+    v.duration("change_time_s", world.change_time, 1.0, {0.0, 1e5}, "of the target changer");
+    double time_scale = world.time_scale.value_or(0.0);
+    v.number("time_scale", time_scale, kNotNegative,
+             "virtual seconds per real one; 0: as fast as it goes");
+    world.time_scale = time_scale > 0.0 ? std::optional(time_scale) : std::nullopt;
+  });
+}
+
+void visit(ConfigVisitor& v, RigFile& file) {
+  visit_rig(v, file);
+  visit_camera(v, file.world.camera);
+  visit_session(v, file);
+  visit_simulation(v, file);
+}
+
+void check_file(const RigFile& file, const ConfigReader& reader,
+                const std::filesystem::path& place) {
+  const auto refuse = [&](const std::string& key, const std::string& why) {
+    throw ConfigError(place, reader.line_of(key), key, why);
+  };
+  for (const rig::Axis& axis : file.rig.axes) {
+    const std::string key = "axis." + axis.name;
+    if (!(axis.min < axis.max)) {
+      refuse(key + ".min_deg", fmt::format("found {:g}, expected below max_deg = {:g}",
+                                           axis.min.degrees(), axis.max.degrees()));
+    }
+    if (axis.home < axis.min || axis.home > axis.max) {
+      refuse(key + ".home_deg",
+             fmt::format("found {:g}, expected {:g} to {:g}", axis.home.degrees(),
+                         axis.min.degrees(), axis.max.degrees()));
+    }
+  }
+  const auto validated = [&](const std::string& key, const auto& part) {
+    try {
+      part();
+    } catch (const std::invalid_argument& error) {
+      refuse(key, error.what());
+    }
+  };
+  validated("rig", [&] { file.rig.validate(); });
+  validated("session", [&] { file.session.validate(); });
+  validated("sample", [&] { file.reduction.validate(); });
+  validated("camera", [&] { file.world.camera.validate(); });
+  if (file.white_light != (file.world.camera.pixel_format != devices::PixelFormat::mono)) {
+    refuse("simulation.white_light",
+           "white light needs a Bayer camera, and R, G, B channels a mono one");
+  }
+}
+
+}  // namespace
+
+double RigFile::camera_distance() const {
+  const rig::RigPose pose = rig::forward(rig, rig.home());
+  return (pose.world_from_camera.translation() - pose.world_from_sample.translation()).norm();
+}
+
+double RigFile::lamp_distance() const {
+  const rig::RigPose pose = rig::forward(rig, rig.home());
+  return (pose.world_from_lamp.translation() - pose.world_from_sample.translation()).norm();
+}
+
+RigFile default_rig_file() {
+  RigFile file;
+  file.rig = rig::la2(file.camera_distance_mm, file.lamp_distance_mm);
+  file.rig.name = "simulated LA-2";
+  file.white.id = "simulated tile";
+  file.white.reflectance = brdf::Rgb::Constant(0.99);
+  file.white.u_relative = 0.005;
+  return file;
+}
+
+RigFile rig_file_from_text(const std::string& text, const std::filesystem::path& place) {
+  RigFile file = default_rig_file();
+  ConfigReader reader(text, place);
+  visit(reader, file);
+  reader.finish();
+  // Said once in the file, needed by runner and reduction.
+  file.reduction.sample_half_width_mm = file.session.sample_half_width_mm;
+  file.reduction.spot_half_width_mm = file.session.spot_half_width_mm;
+  file.reduction.white_in_frame = file.session.white == acquisition::WhitePlacement::in_frame;
+  file.reduction.white_patch_mm = file.session.white_patch_mm;
+  file.reduction.white_patch_half_width_mm = file.session.white_patch_half_width_mm;
+  if (file.white_light) file.world.lamp.channels = sim::LampOptions::white_channel();
+  check_file(file, reader, place);
+  file.path = place;
+  return file;
+}
+
+RigFile read_rig_file(const std::filesystem::path& path) {
+  return rig_file_from_text(files::read_text_file(path, std::size_t{1} << 20U), path);
+}
+
+std::string rig_file_text(RigFile file, bool comments) {
+  ConfigWriter writer(comments);
+  visit(writer, file);
+  return writer.text_so_far();
+}
+
+}  // namespace gonio::cli

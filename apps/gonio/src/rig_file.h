@@ -1,0 +1,53 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "gonio/acquisition/reduction.h"
+#include "gonio/acquisition/session.h"
+#include "gonio/instrument/instrument.h"
+#include "gonio/rig/kinematics.h"
+#include "gonio/sim/sim_options.h"
+
+namespace gonio::cli {
+
+/// Everything a rig file says, resolved: defaults filled in.
+struct RigFile {
+  enum class Driver { simulated };
+  enum class Kind { la2, chains };
+
+  Driver driver = Driver::simulated;
+  Kind kind = Kind::la2;
+  double camera_distance_mm = 350.0;  ///< LA-2 only
+  double lamp_distance_mm = 500.0;
+  std::string calibration;  ///< file, relative to the rig file; empty: nominal constants
+  rig::RigDescription rig;
+  rig::BranchSet branches;
+  acquisition::SessionOptions session;
+  acquisition::ReductionOptions reduction;
+  instrument::WhiteReference white;
+  /// The simulated world. Its rig and material are filled in by simulated_world().
+  sim::SimOptions world;
+  bool white_light = false;                    ///< one white lamp channel instead of R, G, B
+  Angle tilt_rms = Angle::from_degrees(0.05);  ///< of the sample's normal, per axis and session
+  sim::AxisOptions axis_errors;                ///< the same for every axis
+  std::string material;  ///< lies on the simulated rig when none is named; may be empty
+
+  std::filesystem::path path;  ///< the file; empty for the built-in default
+
+  /// Distance from the axes' centre to camera and lamp at home, for nominal patch geometry.
+  double camera_distance() const;
+  double lamp_distance() const;
+};
+
+/// The rig that is used when no rig file is given.
+RigFile default_rig_file();
+
+/// Throws ConfigError (file:line key: found, expected), FileError.
+RigFile read_rig_file(const std::filesystem::path& path);
+RigFile rig_file_from_text(const std::string& text, const std::filesystem::path& place);
+
+/// The whole file as TOML that reads back to the same values.
+std::string rig_file_text(RigFile rig, bool comments);
+
+}  // namespace gonio::cli

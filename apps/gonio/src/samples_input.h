@@ -1,0 +1,18 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "console.h"
+#include "gonio/basis/reconstruct.h"
+#include "gonio/samples/samples.h"
+
+namespace gonio::cli {
+
+/// Samples from a CSV file, or from a session archive, which is reduced as its rig file says.
+samples::SampleSet samples_input(const Console& console, const std::filesystem::path& path);
+
+/// From --method and --eta ("auto" or a number). Throws UsageError.
+basis::ReconstructOptions reconstruct_options(const std::string& method, const std::string& eta);
+
+}  // namespace gonio::cli

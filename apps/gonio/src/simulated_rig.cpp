@@ -1,0 +1,89 @@
+#include "simulated_rig.h"
+
+#include <fmt/format.h>
+
+#include "failures.h"
+#include "gonio/instrument/calibration_file.h"
+
+namespace gonio::cli {
+
+sim::SimOptions simulated_world(const RigFile& file,
+                                std::shared_ptr<const brdf::BrdfModel> material,
+                                std::uint64_t seed) {
+  const sim::SimOptions nominal = sim::nominal_options(material, seed);
+  sim::SimOptions world = file.world;
+  world.rig = file.rig;
+  world.scene.sample = std::move(material);
+  world.seed = seed;
+  world.axes.assign(file.rig.axes.size(), file.axis_errors);
+  world.scene.patch_x_mm = file.session.white_patch_mm.x();
+  world.scene.patch_y_mm = file.session.white_patch_mm.y();
+  // The nominal world draws its tilt with 0.05 deg rms: the same draw at this file's size.
+  const double size = file.tilt_rms / Angle::from_degrees(0.05);
+  world.sample_mount.tilt_about_x = nominal.sample_mount.tilt_about_x * size;
+  world.sample_mount.tilt_about_y = nominal.sample_mount.tilt_about_y * size;
+  return world;
+}
+
+instrument::Instrument nominal_instrument(const RigFile& file) {
+  const sim::CameraOptions& camera = file.world.camera;
+  const sim::LampOptions& lamp = file.world.lamp;
+  instrument::Instrument known;
+  known.id = "nominal constants of " + file.rig.name;
+  known.rig = file.rig;
+  known.camera = {.width_px = camera.width_px,
+                  .height_px = camera.height_px,
+                  .fx_px = camera.fx_px,
+                  .fy_px = camera.fy_px,
+                  .cx_px = camera.cx_px,
+                  .cy_px = camera.cy_px,
+                  .k1 = camera.k1,
+                  .k2 = camera.k2,
+                  .p1 = camera.p1,
+                  .p2 = camera.p2};
+  known.sensor = {.gain_dn_per_e = camera.dn_per_electron,
+                  .read_noise_e = camera.read_noise_e,
+                  .full_well_e = camera.full_well_e,
+                  .black_level_dn = camera.black_level_dn,
+                  .saturation_dn = static_cast<double>((1 << camera.bits) - 1),
+                  .dark_current_e_per_s = camera.dark_current_e_per_s,
+                  .prnu = camera.prnu};
+  known.vignetting = {camera.vignetting[0], camera.vignetting[1], camera.vignetting[2]};
+  known.lamp_field = {lamp.field[0], lamp.field[1], lamp.field[2], lamp.field[3], lamp.field[4]};
+  known.white = file.white;
+  known.u_normal = file.tilt_rms;
+  known.u_lamp_relative = 0.001;
+  return known;
+}
+
+instrument::Instrument instrument_of(const RigFile& file, const std::string& calibration) {
+  std::filesystem::path path = calibration;
+  if (path.empty() && !file.calibration.empty()) {
+    path = file.path.parent_path() / file.calibration;
+  }
+  if (path.empty()) return nominal_instrument(file);
+  instrument::Instrument known = instrument::read_calibration(path);
+  const auto names = [](const rig::RigDescription& rig) {
+    std::string text;
+    for (const rig::Axis& axis : rig.axes) text += (text.empty() ? "" : ", ") + axis.name;
+    return text;
+  };
+  if (names(known.rig) != names(file.rig)) {
+    throw UsageError(fmt::format("{}: rig.axes: found {}, expected {} as in {}", path.string(),
+                                 names(known.rig), names(file.rig), file.path.string()));
+  }
+  return known;
+}
+
+acquisition::DeviceSet devices_of(sim::SimGoniometer& world) {
+  acquisition::DeviceSet devices;
+  for (std::size_t i = 0; i < world.axis_count(); ++i) devices.stages.push_back(&world.stage(i));
+  devices.camera = &world.camera();
+  devices.light = &world.light_source();
+  devices.monitor = &world.lamp_monitor();
+  devices.changer = &world.target_changer();
+  devices.clock = &world.clock();
+  return devices;
+}
+
+}  // namespace gonio::cli

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "gonio/acquisition/session.h"
+#include "gonio/instrument/instrument.h"
+#include "gonio/sim/sim_goniometer.h"
+#include "materials_input.h"
+#include "rig_file.h"
+
+namespace gonio::cli {
+
+/// The hidden world of a rig file with a material on it; the sample's tilt comes from `seed`.
+sim::SimOptions simulated_world(const RigFile& file,
+                                std::shared_ptr<const brdf::BrdfModel> material,
+                                std::uint64_t seed);
+
+/// The constants an operator of the nominal rig would know, without a calibration.
+instrument::Instrument nominal_instrument(const RigFile& file);
+
+/// The calibration file named on the command line, else in the rig file, else nominal constants.
+/// Throws UsageError when the calibration is of a rig with other axes.
+instrument::Instrument instrument_of(const RigFile& file, const std::string& calibration = "");
+
+/// The world's devices as a session takes them; they belong to the world.
+acquisition::DeviceSet devices_of(sim::SimGoniometer& world);
+
+}  // namespace gonio::cli
