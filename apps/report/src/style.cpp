@@ -12,7 +12,8 @@ std::string_view style_sheet() {
 --t0:#0f6e84;--t1:#e09f3e;--t2:#6c8ebf;--t3:#9e5a63;--t4:#7fa96b;--t5:#8d7cc3;--t6:#c98b6b;
 --t7:#8a9099}
 @media (prefers-color-scheme:dark){:root{--paper:#101215;--card:#181b20;--ink:#e7e9ec;
---quiet:#979ea9;--line:#2a2e35;--grid:#272b31;--accent:#5fc3d9;--accent-soft:#15313a;--stage:#0b0c0e;
+--quiet:#979ea9;--line:#2a2e35;--grid:#272b31;--accent:#5fc3d9;--accent-soft:#15313a;
+--stage:#0b0c0e;
 --r:#f2756a;--g:#58c583;--b:#78a4f5;--light:#eda544;--detector:#78a4f5;--both:#5fc3d9;
 --good:#5cc88a;--good-soft:#16301f;--warn:#e9b25b;--warn-soft:#33270f;--bad:#f2827b;
 --bad-soft:#3a1917;--truth:#e7e9ec;
