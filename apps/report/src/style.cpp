@@ -38,9 +38,9 @@ padding:24px 26px;margin:0 0 20px}
 .hero{display:grid;grid-template-columns:minmax(220px,340px) 1fr;gap:34px;align-items:center}
 .hero .sphere{background:var(--stage);border-radius:12px;padding:18px;text-align:center}
 .hero .sphere img{width:100%;height:auto;display:block}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(124px,1fr));gap:10px;margin:18px 0 0}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(132px,1fr));gap:10px;margin:18px 0 0}
 .tile{border:1px solid var(--line);border-radius:10px;padding:10px 13px}
-.tile b{display:block;font-size:1.32rem;line-height:1.35;letter-spacing:-.025em;font-weight:650;
+.tile b{display:block;font-size:1.22rem;line-height:1.35;letter-spacing:-.025em;font-weight:650;
 white-space:nowrap}
 .tile span{color:var(--quiet);font-size:.82rem;line-height:1.3;display:block}
 .verdict{display:inline-flex;align-items:center;gap:9px;border-radius:999px;padding:5px 15px;
