@@ -13,6 +13,7 @@ constexpr int kMinRounds = 60;
 constexpr int kMaxRounds = 3000;
 constexpr double kFirstStep = 2.0;  // Polyak's factor
 constexpr double kLastStep = 1e-4;
+constexpr double kRounding = 1e-12;  // of the sums: the bound must not exceed a tour that meets it
 
 /// Least costs between the start (0) and the stops (1..n), as a full matrix.
 std::vector<double> distances_of(const TourProblem& problem) {
@@ -106,7 +107,7 @@ double tour_lower_bound(const TourProblem& problem, double reachable_s) {
       last_excess[k] = excess;
     }
   }
-  return std::min(best, reachable_s);
+  return best * (1.0 - kRounding);
 }
 
 }  // namespace gonio::rig
