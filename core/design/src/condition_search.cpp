@@ -146,7 +146,7 @@ void ConditionSearchOptions::validate() const {
 
 Design condition_search(const basis::RowMajorMatrixXf& rows, const Candidates& candidates,
                         const ConditionSearchOptions& options, const ProgressCallback& progress,
-                        std::stop_token stop) {
+                        const std::stop_token& stop) {
   options.validate();
   const auto cells = static_cast<std::size_t>(rows.rows());
   if (cells != basis_cell_count() || rows.cols() < 1) {

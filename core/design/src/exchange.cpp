@@ -80,7 +80,7 @@ void ExchangeOptions::validate() const {
 
 Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& importance,
                 const Candidates& candidates, const ExchangeOptions& options,
-                const ProgressCallback& progress, std::stop_token stop) {
+                const ProgressCallback& progress, const std::stop_token& stop) {
   options.validate();
   if (importance.rows() != rows.cols() || importance.cols() != rows.cols()) {
     throw std::invalid_argument("design: the importance matrix is " +
@@ -118,10 +118,12 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
       throw std::invalid_argument("design: only " + std::to_string(first.cells.size()) +
                                   " usable candidates for " + std::to_string(count) + " samples");
     }
+    trials.push_back(std::move(first));
     for (int start = 0; start < options.starts; ++start) {
-      if (start > 0 && stop.stop_requested()) break;
-      trials.push_back(start == 0 ? std::move(first)
-                                  : pool.random_start(static_cast<std::uint64_t>(start)));
+      if (start > 0) {
+        if (stop.stop_requested()) break;
+        trials.push_back(pool.random_start(static_cast<std::uint64_t>(start)));
+      }
       pool.exchange(trials.back(), stop, [&](std::size_t tried, double value) {
         tell(kStartShare * (start + share_of(tried)) / options.starts, value);
       });

@@ -71,6 +71,7 @@ class Fold {
       }
       design::ExchangeOptions settings = options_.design;
       settings.sample_count = contender.sample_count;
+      settings.seed = options_.seed;
       const design::Design found =
           design::exchange(basis_.components, importance_, candidates_, settings);
       for (const std::uint32_t cell : found.cells) {
@@ -175,7 +176,7 @@ Summary ContenderResult::mean_delta_e() const {
 std::optional<std::vector<ContenderResult>> evaluate(
     const basis::TrainingSet& set, const Eigen::MatrixXd& gram, const TruthSource& truth,
     const std::vector<Contender>& contenders, const EvaluateOptions& options,
-    const std::function<void(const EvaluateProgress&)>& progress, std::stop_token stop) {
+    const std::function<void(const EvaluateProgress&)>& progress, const std::stop_token& stop) {
   const std::size_t count = set.material_count();
   options.validate(count);
   if (contenders.empty()) throw std::invalid_argument("evaluate: no contender");

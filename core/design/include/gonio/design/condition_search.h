@@ -31,6 +31,6 @@ struct ConditionSearchOptions {
 ///          Acquisition", ACM TOG 34(6), 2015, section 5.
 Design condition_search(const basis::RowMajorMatrixXf& rows, const Candidates& candidates,
                         const ConditionSearchOptions& options,
-                        const ProgressCallback& progress = {}, std::stop_token stop = {});
+                        const ProgressCallback& progress = {}, const std::stop_token& stop = {});
 
 }  // namespace gonio::design

@@ -44,6 +44,6 @@ struct ExchangeOptions {
 ///               1980.
 Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& importance,
                 const Candidates& candidates, const ExchangeOptions& options,
-                const ProgressCallback& progress = {}, std::stop_token stop = {});
+                const ProgressCallback& progress = {}, const std::stop_token& stop = {});
 
 }  // namespace gonio::design

@@ -35,12 +35,12 @@ struct EvaluateOptions {
   /// one measurement) always stand in one fold, that of their first. Empty: no groups.
   std::vector<std::string> groups;
   int components = basis::kDefaultComponents;
-  design::ExchangeOptions design;  ///< sample_count is the contender's
+  design::ExchangeOptions design;  ///< but for sample_count and seed, which stand elsewhere
   double uniform_blend = 0.1;
   design::DirectionLimits limits;  ///< of directions chosen here
   SyntheticNoise noise;
-  int draws = 1;  ///< of the noise; figures are means over them
-  std::uint64_t seed = 1;
+  int draws = 1;           ///< of the noise; figures are means over them
+  std::uint64_t seed = 1;  ///< of the searches and the noise
 
   /// Throws std::invalid_argument naming the field.
   void validate(std::size_t material_count) const;
@@ -107,6 +107,7 @@ using TruthSource = std::function<brdf::BrdfTable(std::size_t material)>;
 std::optional<std::vector<ContenderResult>> evaluate(
     const basis::TrainingSet& set, const Eigen::MatrixXd& gram, const TruthSource& truth,
     const std::vector<Contender>& contenders, const EvaluateOptions& options,
-    const std::function<void(const EvaluateProgress&)>& progress = {}, std::stop_token stop = {});
+    const std::function<void(const EvaluateProgress&)>& progress = {},
+    const std::stop_token& stop = {});
 
 }  // namespace gonio::quality
