@@ -27,7 +27,7 @@ const std::vector<std::string> kDemoMaterials{"ivory-wall-latex", "red-pmma", "c
 struct Options {
   std::vector<std::string> materials;
   int samples = 10;
-  std::string out = "gonio-demo";
+  std::string out;
   std::uint64_t seed = 1;
   bool force = false;
 };
@@ -251,12 +251,20 @@ std::string index_page(const std::vector<MaterialResult>& results) {
   return text + "</html>\n";
 }
 
+/// The first of gonio-demo, gonio-demo-2, ... that does not exist.
+std::string free_name() {
+  std::string name = "gonio-demo";
+  for (int i = 2; std::filesystem::exists(name); ++i) name = fmt::format("gonio-demo-{}", i);
+  return name;
+}
+
 int demo(Context& context, const Options& options) {
+  const std::string out = options.out.empty() ? free_name() : options.out;
   std::vector<const brdf::BuiltinMaterial*> materials;
   for (const std::string& name : options.materials.empty() ? kDemoMaterials : options.materials) {
     materials.push_back(named_material("builtin:" + name).builtin);
   }
-  files::AtomicFolder folder(options.out, overwrite(options.force));
+  files::AtomicFolder folder(out, overwrite(options.force));
   context.console.say(fmt::format(
       "Simulated rig, {} built-in analytic materials; {} directions, sensor noise, tilted sample.",
       brdf::builtin_materials().size(), options.samples));
@@ -272,7 +280,7 @@ int demo(Context& context, const Options& options) {
       "patches: 3 x 3 values per pose; points: the same frames reduced to one value per pose;\n"
       "published: Nielsen et al. 2015 (eta = 40, k = n) on these points.\n"
       "All on simulated sessions of analytic materials, each without its family in training.\n");
-  context.console.result(fmt::format("Report: {}/index.html\n", options.out));
+  context.console.result(fmt::format("Report: {}/index.html\n", out));
   return kSuccess;
 }
 
@@ -285,7 +293,8 @@ void add_demo(const Command& root) {
   command.texts("--material", options->materials,
                 "Built-in materials to measure (default: a diffuse, a plastic, a metal)");
   command.integer("--samples", options->samples, 1, 200, "Directions per material");
-  command.text("--out", options->out, "Folder to create");
+  command.text("--out", options->out,
+               "Folder to create (default: gonio-demo, or the next free gonio-demo-N)");
   command.seed(options->seed, "Of search and simulated world");
   command.force(options->force);
   command.on_call(options, demo);

@@ -109,6 +109,9 @@ int verify(Context& context, const VerifyOptions& options) {
       unknown.push_back(entry.path().filename().string());
     }
   }
+  if (intact == 0 && wrong.empty()) {
+    throw UsageError(options.folder + ": found no file of the MERL database");
+  }
   if (options.json) {
     const nlohmann::ordered_json result = {
         {"intact", intact}, {"wrong", wrong}, {"missing", missing}, {"unknown", unknown}};
@@ -120,9 +123,6 @@ int verify(Context& context, const VerifyOptions& options) {
     for (const std::string& name : unknown) text += fmt::format("{}: not of the database\n", name);
     text += fmt::format("{} of {} files as published\n", intact, expected.size());
     context.console.result(text);
-  }
-  if (intact == 0 && wrong.empty()) {
-    throw UsageError(options.folder + ": found no file of the MERL database");
   }
   return wrong.empty() && missing.empty() ? kSuccess : kDoNotTrust;
 }

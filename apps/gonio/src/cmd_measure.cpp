@@ -29,13 +29,20 @@ struct Options {
 int measure(Context& context, const Options& options) {
   const Console& console = context.console;
   if (options.out.empty() && !options.dry_run) throw UsageError("--out is required, or --dry-run");
-  if (!options.dry_run) files::require_creatable(options.out);
+  if (!options.dry_run) {
+    if (std::filesystem::exists(options.out)) {
+      throw UsageError(options.out + ": cannot create: it exists",
+                       "choose another name: a session is never replaced");
+    }
+    files::require_creatable(options.out);
+  }
   SimulatedSession session;
   session.rig = read_rig_file(options.rig);
   session.instrument = instrument_of(session.rig, options.calibration);
   const rig::Inverse inverse(session.instrument.rig, session.rig.branches);
   if (std::filesystem::exists(options.plan) && has_poses(options.plan, session.instrument.rig)) {
     session.plan = read_poses(options.plan, session.instrument.rig);
+    session.plan.duration_s += overhead_seconds(session.rig);
   } else {
     session.plan = plan_poses(session.rig, inverse,
                               directions_input(options.plan, samples::BelowHorizon::Keep), 1);
@@ -66,7 +73,7 @@ int measure(Context& context, const Options& options) {
   }
   if (options.dry_run) {
     context.console.result(text);
-    console.say(fmt::format("{} directions on {}, about {}; nothing was moved",
+    console.say(fmt::format("{} direction(s) on {}, about {}; nothing was moved",
                             session.plan.points.size(), session.instrument.rig.name,
                             duration_text(session.plan.duration_s)));
     return kSuccess;

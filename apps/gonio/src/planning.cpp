@@ -82,26 +82,43 @@ design::DesignFigures assess_directions(const basis::Basis& basis,
                         kDesignEta);
 }
 
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+/// A bracket takes the first exposure, one or two others, and the readouts; a longer one for the
+/// dimmest spot is the exception.
+double bracket_seconds(const RigFile& rig) {
+  return Seconds(rig.session.first_exposure).count() * (1.0 + rig.session.bracket_ratio) +
+         3.0 * Seconds(rig.world.camera.readout).count();
+}
+
+double channel_count(const RigFile& rig) { return rig.white_light ? 1.0 : 3.0; }
+
+}  // namespace
+
+double overhead_seconds(const RigFile& rig) {
+  const double frame = Seconds(rig.session.first_exposure + rig.world.camera.readout).count();
+  const bool changed = rig.session.white != acquisition::WhitePlacement::in_frame;
+  const double white =
+      channel_count(rig) * (bracket_seconds(rig) + rig.session.white_frames * frame) +
+      (changed ? 2.0 * Seconds(rig.world.change_time).count() : 0.0);
+  double homing = 0.0;
+  for (const rig::Axis& axis : rig.rig.axes) {
+    homing = std::max(homing, (axis.max - axis.min).degrees() / axis.max_speed_deg_per_s);
+  }
+  return 2.0 * white + homing;
+}
+
 acquisition::MeasurementPlan plan_poses(const RigFile& rig, const rig::Inverse& inverse,
                                         const std::vector<samples::Direction>& directions,
                                         std::uint64_t seed) {
-  using Seconds = std::chrono::duration<double>;
-  // A bracket takes the first exposure, one or two others, and the readouts; a longer one for the
-  // dimmest spot is the exception. The lamp-off frame repeats the longest.
-  const double channels = rig.white_light ? 1.0 : 3.0;
-  const double exposure = Seconds(rig.session.first_exposure).count();
-  const double readout = Seconds(rig.world.camera.readout).count();
-  const double ratio = rig.session.bracket_ratio;
-  const double bracket = exposure * (1.0 + ratio) + 3.0 * readout;
-  const double point_s = channels * bracket + exposure * ratio + readout;
-  const bool changed = rig.session.white != acquisition::WhitePlacement::in_frame;
-  const double white_s = channels * (bracket + rig.session.white_frames * (exposure + readout)) +
-                         (changed ? 2.0 * Seconds(rig.world.change_time).count() : 0.0);
-  double homing_s = 0.0;
-  for (const rig::Axis& axis : rig.rig.axes) {
-    homing_s = std::max(homing_s, (axis.max - axis.min).degrees() / axis.max_speed_deg_per_s);
-  }
-  return acquisition::make_plan(inverse, directions, point_s, 2.0 * white_s + homing_s, seed);
+  // The lamp-off frame repeats the longest exposure.
+  const double lamp_off = Seconds(rig.session.first_exposure).count() * rig.session.bracket_ratio +
+                          Seconds(rig.world.camera.readout).count();
+  return acquisition::make_plan(inverse, directions,
+                                channel_count(rig) * bracket_seconds(rig) + lamp_off,
+                                overhead_seconds(rig), seed);
 }
 
 std::string to_text(const brdf::HalfDiff& direction) {

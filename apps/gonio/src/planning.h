@@ -39,6 +39,9 @@ acquisition::MeasurementPlan plan_poses(const RigFile& rig, const rig::Inverse& 
                                         const std::vector<samples::Direction>& directions,
                                         std::uint64_t seed);
 
+/// Expected time of a session besides its points: homing and the two whites.
+double overhead_seconds(const RigFile& rig);
+
 /// "(39.17, 60.08, 89.1) deg".
 std::string to_text(const brdf::HalfDiff& direction);
 

@@ -1,0 +1,170 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "gonio/brdf/merl_lattice.h"
+#include "gonio_process.h"
+
+namespace gonio {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr std::size_t kHeaderBytes = 12;
+const std::size_t kPlaneValues = brdf::lattice::kCells;
+
+/// A MERL file of one value throughout.
+std::string merl_file(double value) {
+  std::string bytes(kHeaderBytes + 3 * kPlaneValues * sizeof(double), '\0');
+  const std::int32_t dimensions[3] = {90, 90, 180};
+  std::memcpy(bytes.data(), dimensions, sizeof dimensions);
+  for (std::size_t i = 0; i < 3 * kPlaneValues; ++i) {
+    std::memcpy(bytes.data() + kHeaderBytes + i * sizeof value, &value, sizeof value);
+  }
+  return bytes;
+}
+
+const char* const kHeader = "theta_h_deg,theta_d_deg,phi_d_deg\n";
+const char* const kSampleHeader = "theta_h_deg,theta_d_deg,phi_d_deg,r,g,b\n";
+
+class BadInput : public testing::Test {
+ protected:
+  /// Runs it; expects exit code 2, one line that holds all `words`, and a folder left as it was.
+  void refused(const std::vector<std::string>& arguments, const std::vector<std::string>& words) {
+    const std::vector<std::string> before = folder.names();
+    const Ended ended = run_gonio(arguments, folder.path());
+    EXPECT_EQ(ended.exit_code, 2) << ended.error;
+    EXPECT_EQ(ended.out, "");
+    EXPECT_THAT(ended.error, StartsWith("gonio: "));
+    for (const std::string& word : words) EXPECT_THAT(ended.error, HasSubstr(word));
+    // A hint, indented, may follow the one line of the error.
+    const std::size_t second = ended.error.find('\n') + 1;
+    EXPECT_TRUE(second == ended.error.size() || ended.error.compare(second, 2, "  ") == 0)
+        << ended.error;
+    EXPECT_EQ(folder.names(), before) << "something was left behind";
+  }
+
+  TemporaryFolder folder;
+};
+
+TEST_F(BadInput, NamesFileAndByteOfABrokenMerlFile) {
+  std::string bytes = merl_file(1.0);
+  folder.write("short.binary", bytes.substr(0, 1000));
+  refused({"compare", "builtin:slate", "short.binary"}, {"short.binary", "1000", "34992012"});
+  folder.write("long.binary", bytes + "x");
+  refused({"compare", "builtin:slate", "long.binary"}, {"long.binary", "34992013"});
+  std::string dimensions = bytes;
+  dimensions[0] = 91;
+  folder.write("dimensions.binary", dimensions);
+  refused({"compare", "builtin:slate", "dimensions.binary"}, {"91 x 90 x 180", "90 x 90 x 180"});
+  std::string nan = bytes;
+  const double not_a_number = std::numeric_limits<double>::quiet_NaN();
+  std::memcpy(nan.data() + kHeaderBytes + 800, &not_a_number, sizeof not_a_number);
+  folder.write("nan.binary", nan);
+  refused({"train", "nan.binary", "nan.binary", "--out", "basis.h5"}, {"nan"});
+  refused({"render", "nan.binary", "--out", "x.png"}, {"nan.binary", "byte 812", "NaN"});
+  folder.write("invalid.binary", merl_file(-1.0));
+  refused({"compare", "builtin:slate", "invalid.binary"}, {"invalid.binary", "no valid cell"});
+}
+
+TEST_F(BadInput, NamesLineAndKeyOfARigFile) {
+  folder.write("unknown.toml", "[camera]\nwidth_pix = 3\n");
+  refused({"rig", "check", "unknown.toml"},
+          {"unknown.toml:2 camera.width_pix", "unknown key", "did you mean \"width_px\"?"});
+  folder.write("range.toml", "[session]\n\nbracket_ratio = 1000\n");
+  refused({"rig", "check", "range.toml"},
+          {"range.toml:3 session.bracket_ratio", "found 1000", "expected 1.01 to 64"});
+  folder.write("type.toml", "[camera]\nwidth_px = \"wide\"\n");
+  refused({"rig", "check", "type.toml"}, {"type.toml:2 camera.width_px", "found text"});
+  folder.write("limits.toml", "[axis.tilt]\nmin_deg = 80\n");
+  refused({"rig", "check", "limits.toml"}, {"limits.toml:2 axis.tilt.min_deg", "found 80"});
+  folder.write("syntax.toml", "[camera\n");
+  refused({"rig", "check", "syntax.toml"}, {"syntax.toml:1"});
+  folder.write("driver.toml", "[rig]\ndriver = \"real\"\n");
+  refused({"rig", "check", "driver.toml"}, {"driver.toml:2 rig.driver", "simulated"});
+  refused({"rig", "check", "missing.toml"}, {"missing.toml"});
+}
+
+TEST_F(BadInput, NamesDirectionsThatCannotBeMeasured) {
+  folder.write("rig.toml", "[rig]\nname = \"r\"\n");
+  const auto measure = [](const std::string& plan) {
+    return std::vector<std::string>{"measure", "rig.toml", "--plan",     plan,
+                                    "--out",   "session",  "--material", "builtin:slate"};
+  };
+  folder.write("horizon.csv", kHeader + std::string("10,20,30\n80,80,0\n"));
+  refused(measure("horizon.csv"), {"horizon.csv", "line 3", "BELOW_HORIZON"});
+  refused({"plan", "--directions", "horizon.csv", "--rig", "rig.toml", "--out", "plan.csv"},
+          {"horizon.csv", "line 3"});
+  folder.write("near.csv", kHeader + std::string("1,1,0\n"));
+  refused(measure("near.csv"), {"near.csv", "line 2", "OCCLUDED_LAMP", "1.00"});
+  folder.write("twice.csv", kHeader + std::string("10,20,30\n5,5,5\n10,20,30\n"));
+  refused(measure("twice.csv"), {"twice.csv", "line 4", "line 2"});
+  folder.write("range.csv", kHeader + std::string("10,120,30\n"));
+  refused(measure("range.csv"), {"range.csv", "line 2", "theta_d_deg"});
+  folder.write("words.csv", kHeader + std::string("10,x,30\n"));
+  refused(measure("words.csv"), {"words.csv", "line 2", "theta_d_deg"});
+}
+
+TEST_F(BadInput, RefusesPosesThatDoNotBelongToTheirDirections) {
+  folder.write("rig.toml", "[rig]\nname = \"r\"\n");
+  folder.write("list.csv", kHeader + std::string("3,12,28\n"));
+  ASSERT_EQ(
+      run_gonio({"plan", "--directions", "list.csv", "--rig", "rig.toml", "--out", "plan.csv"},
+                folder.path())
+          .exit_code,
+      0);
+  std::string plan = folder.read("plan.csv");
+  plan.replace(plan.find("\n3,12,28"), 8, "\n4,12,28");
+  folder.write("edited.csv", plan);
+  refused({"measure", "rig.toml", "--plan", "edited.csv", "--out", "session", "--material",
+           "builtin:slate"},
+          {"edited.csv", "joints do not realise"});
+}
+
+TEST_F(BadInput, NamesTheRowOfBadSamples) {
+  ASSERT_EQ(run_gonio({"train", "builtin:slate", "builtin:gold-satin", "builtin:red-pmma", "--out",
+                       "basis.h5"},
+                      folder.path())
+                .exit_code,
+            0);
+  const auto reconstruct = [](const std::string& samples) {
+    return std::vector<std::string>{"reconstruct", samples, "--basis",
+                                    "basis.h5",    "--out", "x.binary"};
+  };
+  folder.write("none.csv", kSampleHeader);
+  refused(reconstruct("none.csv"), {"none.csv", "at least one sample"});
+  folder.write("two.csv", kSampleHeader + std::string("10,20,30,1,2\n"));
+  refused(reconstruct("two.csv"), {"two.csv", "line 2", "found 5 cells, expected 6"});
+  folder.write("columns.csv", "theta_h_deg,theta_d_deg,phi_d_deg,r,g\n10,20,30,1,2\n");
+  refused(reconstruct("columns.csv"), {"columns.csv"});
+  folder.write("merl.csv",
+               "# radiometric_scale = merl\n" + std::string(kSampleHeader) + "10,20,30,1,2,3\n");
+  refused(reconstruct("merl.csv"), {"merl.csv", "found merl", "expected si"});
+  folder.write("good.csv", kSampleHeader + std::string("10,20,30,1,2,3\n"));
+  refused({"reconstruct", "good.csv", "--basis", "good.csv", "--out", "x.binary"}, {"good.csv"});
+  refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "good.csv"},
+          {"good.csv", "it exists"});
+  refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "no/such/x.binary"},
+          {"no/such/x.binary"});
+  refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "x.binary", "--eta", "-3"},
+          {"--eta", "-3"});
+}
+
+TEST_F(BadInput, RefusesWhatIsNoSession) {
+  folder.write("rig.toml", "[rig]\nname = \"r\"\n");
+  folder.write("list.csv", kHeader + std::string("3,12,28\n"));
+  refused({"reduce", ".", "--out", "samples.csv"}, {"session.sqlite"});
+  refused({"status", "nowhere"}, {"nowhere"});
+  refused({"measure", "rig.toml", "--plan", "list.csv", "--out", "list.csv", "--material",
+           "builtin:slate"},
+          {"list.csv", "it exists"});
+  refused({"measure", "rig.toml", "--plan", "list.csv", "--out", "session"},
+          {"nothing lies on the simulated rig"});
+  refused({"materials", "verify", "."}, {"no file of the MERL database"});
+}
+
+}  // namespace
+}  // namespace gonio

@@ -1,0 +1,124 @@
+#include "gonio_process.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+namespace gonio {
+
+GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
+                           const std::filesystem::path& folder) {
+  std::array<int, 2> pipe{};
+  if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe");
+  std::string name = (std::filesystem::temp_directory_path() / "gonio-out-XXXXXX").string();
+  out_file_ = ::mkostemp(name.data(), O_CLOEXEC);
+  ::unlink(name.c_str());
+  std::vector<std::string> words{GONIO_PROGRAM};
+  words.insert(words.end(), arguments.begin(), arguments.end());
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  pid_ = ::fork();
+  if (pid_ == 0) {
+    const int input = ::open("/dev/null", O_RDONLY);
+    if (::chdir(folder.c_str()) != 0 || ::dup2(input, 0) < 0 || ::dup2(out_file_, 1) < 0 ||
+        ::dup2(pipe[1], 2) < 0) {
+      ::_exit(126);
+    }
+    ::execv(argv[0], argv.data());
+    ::_exit(127);
+  }
+  ::close(pipe[1]);
+  error_pipe_ = pipe[0];
+}
+
+GonioProcess::~GonioProcess() {
+  if (pid_ > 0) {
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  ::close(error_pipe_);
+  ::close(out_file_);
+}
+
+bool GonioProcess::read_more() {
+  std::array<char, 4096> bytes{};
+  ssize_t count = 0;
+  do {
+    count = ::read(error_pipe_, bytes.data(), bytes.size());
+  } while (count < 0 && errno == EINTR);
+  if (count <= 0) return false;
+  error_.append(bytes.data(), static_cast<std::size_t>(count));
+  return true;
+}
+
+bool GonioProcess::wait_for(const std::string& text) {
+  while (error_.find(text) == std::string::npos) {
+    if (!read_more()) return false;
+  }
+  return true;
+}
+
+void GonioProcess::send(int signal) { ::kill(pid_, signal); }
+
+Ended GonioProcess::wait() {
+  while (read_more()) {
+  }
+  int status = 0;
+  ::waitpid(pid_, &status, 0);
+  pid_ = -1;
+  Ended ended;
+  if (WIFEXITED(status)) ended.exit_code = WEXITSTATUS(status);
+  ended.error = error_;
+  ::lseek(out_file_, 0, SEEK_SET);
+  std::array<char, 65536> bytes{};
+  for (ssize_t count = 0; (count = ::read(out_file_, bytes.data(), bytes.size())) > 0;) {
+    ended.out.append(bytes.data(), static_cast<std::size_t>(count));
+  }
+  return ended;
+}
+
+Ended run_gonio(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
+  return GonioProcess(arguments, folder).wait();
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string pattern = (std::filesystem::temp_directory_path() / "gonio-cli-XXXXXX").string();
+  if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make " + pattern);
+  path_ = pattern;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+std::vector<std::string> TemporaryFolder::names() const {
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(path_)) {
+    names.push_back(entry.path().filename().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+void TemporaryFolder::write(const std::string& name, const std::string& text) const {
+  std::ofstream(path_ / name, std::ios::binary) << text;
+}
+
+std::string TemporaryFolder::read(const std::string& name) const {
+  std::ostringstream text;
+  text << std::ifstream(path_ / name, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+}  // namespace gonio

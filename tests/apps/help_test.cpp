@@ -1,0 +1,77 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "gonio_process.h"
+
+namespace gonio {
+namespace {
+
+using testing::HasSubstr;
+
+const std::vector<std::string> kSubcommands{
+    "demo",        "materials", "train",    "plan",    "rig",    "measure", "status",    "reduce",
+    "reconstruct", "sample",    "evaluate", "compare", "render", "report",  "completion"};
+
+TEST(CommandLine, ExplainsEverySubcommandWithAnExample) {
+  const TemporaryFolder folder;
+  const Ended all = run_gonio({"--help"}, folder.path());
+  EXPECT_EQ(all.exit_code, 0);
+  for (const std::string& name : kSubcommands) {
+    EXPECT_THAT(all.out, HasSubstr(name));
+    const Ended help = run_gonio({name, "--help"}, folder.path());
+    EXPECT_EQ(help.exit_code, 0) << name;
+    EXPECT_THAT(help.out, HasSubstr("gonio " + name)) << "no example";
+    EXPECT_THAT(help.out, HasSubstr("--threads")) << name;
+  }
+  EXPECT_THAT(folder.names(), testing::IsEmpty());
+}
+
+TEST(CommandLine, SaysItsVersion) {
+  const TemporaryFolder folder;
+  const Ended ended = run_gonio({"--version"}, folder.path());
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.out, testing::StartsWith("gonio 0."));
+}
+
+TEST(CommandLine, SuggestsWhatMayHaveBeenMeant) {
+  const TemporaryFolder folder;
+  const Ended subcommand = run_gonio({"reconstuct"}, folder.path());
+  EXPECT_EQ(subcommand.exit_code, 2);
+  EXPECT_THAT(subcommand.error, HasSubstr("did you mean \"reconstruct\"?"));
+  const Ended option = run_gonio({"train", "builtin", "--componets", "3"}, folder.path());
+  EXPECT_EQ(option.exit_code, 2);
+  EXPECT_THAT(option.error, HasSubstr("did you mean \"--components\"?"));
+  const Ended material = run_gonio({"demo", "--material", "red-pma"}, folder.path());
+  EXPECT_EQ(material.exit_code, 2);
+  EXPECT_THAT(material.error, HasSubstr("did you mean \"red-pmma\"?"));
+}
+
+TEST(CommandLine, CompletesEverySubcommandInBash) {
+  const TemporaryFolder folder;
+  const Ended ended = run_gonio({"completion", "bash"}, folder.path());
+  EXPECT_EQ(ended.exit_code, 0);
+  for (const std::string& name : kSubcommands) {
+    EXPECT_THAT(ended.out, HasSubstr("    \"" + name + "\") words="));
+  }
+  EXPECT_THAT(ended.out, HasSubstr("--skip-unreachable"));
+}
+
+TEST(CommandLine, ListsTheBuiltInMaterials) {
+  const TemporaryFolder folder;
+  const Ended ended = run_gonio({"materials", "list"}, folder.path());
+  EXPECT_EQ(ended.exit_code, 0);
+  EXPECT_THAT(ended.out, HasSubstr("red-pmma"));
+}
+
+TEST(CommandLine, PrintsARigFileThatReadsBack) {
+  const TemporaryFolder folder;
+  const Ended example = run_gonio({"rig", "example"}, folder.path());
+  EXPECT_EQ(example.exit_code, 0);
+  folder.write("rig.toml", example.out);
+  const Ended check = run_gonio({"rig", "check", "rig.toml"}, folder.path());
+  EXPECT_EQ(check.exit_code, 0) << check.error;
+  EXPECT_THAT(check.out, HasSubstr("10 of 10 reached"));
+}
+
+}  // namespace
+}  // namespace gonio

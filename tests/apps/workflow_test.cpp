@@ -1,0 +1,162 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "gonio_process.h"
+
+namespace gonio {
+namespace {
+
+using testing::HasSubstr;
+
+/// The nominal view on a sixteenth of the pixels, so that a session takes a second.
+const std::string kSmallRig = R"([camera]
+width_px = 80
+height_px = 64
+fx_px = 345.0
+fy_px = 345.0
+cx_px = 39.5
+cy_px = 31.5
+[session]
+white_frames = 2
+dark_frames = 2
+)";
+
+const std::string kList =
+    "theta_h_deg,theta_d_deg,phi_d_deg\n3,12,28\n39,60,89\n15,30,130\n2,60,180\n20,20,60\n";
+
+/// Ten materials of several families, none of them the one that is measured.
+const std::vector<std::string> kTrain{"train",
+                                      "builtin:white-ptfe",
+                                      "builtin:grey-abs",
+                                      "builtin:gold-satin",
+                                      "builtin:slate",
+                                      "builtin:signal-red-enamel",
+                                      "builtin:blue-metallic",
+                                      "builtin:oak-oiled",
+                                      "builtin:red-felt",
+                                      "builtin:silicone-red",
+                                      "builtin:ivory-wall-latex"};
+
+class Workflow : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder.write("rig.toml", kSmallRig);
+    folder.write("list.csv", kList);
+  }
+
+  Ended run(std::vector<std::string> arguments, int expected = 0) {
+    const Ended ended = run_gonio(arguments, folder.path());
+    EXPECT_EQ(ended.exit_code, expected) << testing::PrintToString(arguments) << "\n"
+                                         << ended.error;
+    return ended;
+  }
+
+  void train() {
+    std::vector<std::string> arguments = kTrain;
+    arguments.insert(arguments.end(), {"--out", "basis.h5", "--components", "9"});
+    run(arguments);
+  }
+
+  TemporaryFolder folder;
+};
+
+TEST_F(Workflow, LeadsFromMaterialsToAReconstructionAndAReport) {
+  train();
+  run({"plan", "--basis", "basis.h5", "--samples", "6", "--rig", "rig.toml", "--out", "plan.csv"});
+  run({"measure", "rig.toml", "--plan", "plan.csv", "--material", "builtin:pink-polypropylene",
+       "--sample-id", "plate 7", "--out", "session"});
+  const auto status = nlohmann::json::parse(run({"status", "session", "--json"}).out);
+  EXPECT_EQ(status["state"], "complete");
+  EXPECT_EQ(status["measured"], 6);
+  EXPECT_EQ(status["metadata"]["sample_id"], "plate 7");
+  run({"reduce", "session", "--out", "samples.csv"});
+  run({"reconstruct", "samples.csv", "--basis", "basis.h5", "--out", "found.binary"});
+  const auto errors = nlohmann::json::parse(
+      run({"compare", "builtin:pink-polypropylene", "found.binary", "--json"}).out);
+  // Ten training materials are few: an order of magnitude better than a wrong material is what
+  // shows that the chain holds together.
+  EXPECT_GT(errors["psnr_a_db"].get<double>(), 24.0);
+  EXPECT_LT(errors["weighted_log_rmse"].get<double>(), 0.35);
+  run({"report", "session", "--basis", "basis.h5", "--out", "report.html"});
+  EXPECT_THAT(folder.read("report.html"), HasSubstr("plate 7"));
+  run({"render", "found.binary", "--reference", "builtin:pink-polypropylene", "--size", "64",
+       "--out", "spheres.png"});
+  EXPECT_THAT(folder.read("spheres.png"), testing::StartsWith("\x89PNG"));
+}
+
+TEST_F(Workflow, GivesTheSameBytesWithOneAndTwoThreads) {
+  train();
+  for (const std::string n : {"1", "2"}) {
+    run({"plan", "--basis", "basis.h5", "--samples", "4", "--rig", "rig.toml", "--out",
+         "plan" + n + ".csv", "--threads", n});
+    run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--seed",
+         "5", "--out", "session" + n, "--threads", n});
+    run({"reduce", "session" + n, "--out", "samples" + n + ".csv", "--threads", n});
+    run({"reconstruct", "samples" + n + ".csv", "--basis", "basis.h5", "--out",
+         "found" + n + ".binary", "--threads", n});
+  }
+  EXPECT_EQ(folder.read("plan1.csv"), folder.read("plan2.csv"));
+  EXPECT_EQ(folder.read("samples1.csv"), folder.read("samples2.csv"));
+  EXPECT_TRUE(folder.read("found1.binary") == folder.read("found2.binary"));
+  int frames = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(folder.path() / "session1" / "frames")) {
+    const std::string name = entry.path().filename().string();
+    EXPECT_TRUE(folder.read("session1/frames/" + name) == folder.read("session2/frames/" + name))
+        << name;
+    ++frames;
+  }
+  EXPECT_GT(frames, 30);
+}
+
+TEST_F(Workflow, DryRunMovesNothingAndLeavesNothing) {
+  const Ended ended = run(
+      {"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--dry-run"});
+  EXPECT_THAT(ended.out, HasSubstr("(39.00, 60.00, 89.00) deg"));
+  EXPECT_THAT(ended.error, HasSubstr("nothing was moved"));
+  EXPECT_THAT(folder.names(), testing::ElementsAre("list.csv", "rig.toml"));
+}
+
+TEST_F(Workflow, LeavesOutUnreachableDirectionsWhenTold) {
+  folder.write("list.csv", kList + "1,1,0\n");
+  const Ended ended = run({"measure", "rig.toml", "--plan", "list.csv", "--material",
+                           "builtin:red-pmma", "--out", "session", "--skip-unreachable"});
+  EXPECT_THAT(ended.error, HasSubstr("OCCLUDED_LAMP"));
+  const auto status = nlohmann::json::parse(run({"status", "session", "--json"}).out);
+  EXPECT_EQ(status["measured"], 5);
+}
+
+TEST_F(Workflow, EndsCleanlyWhenInterrupted) {
+  // At a tenth of real pace each point takes several tenths of a second.
+  folder.write("rig.toml", kSmallRig + "[white]\nplacement = \"in_frame\"\n" +
+                               "[simulation]\ntime_scale = 10.0\n");
+  GonioProcess measuring({"measure", "rig.toml", "--plan", "list.csv", "--material",
+                          "builtin:red-pmma", "--out", "session", "-v"},
+                         folder.path());
+  ASSERT_TRUE(measuring.wait_for("point 2 of 5"));
+  measuring.send(SIGINT);
+  const Ended ended = measuring.wait();
+  EXPECT_EQ(ended.exit_code, 4) << ended.error;
+  EXPECT_THAT(ended.error, HasSubstr("stopped after"));
+  const auto status = nlohmann::json::parse(run({"status", "session", "--json"}, 4).out);
+  EXPECT_EQ(status["state"], "interrupted");
+  EXPECT_THAT(status["damage"], testing::IsEmpty());
+  EXPECT_GE(status["measured"].get<int>(), 1);
+  run({"reduce", "session", "--out", "samples.csv"});
+}
+
+TEST_F(Workflow, AsksNobodyWithYesAndGivesUpWithoutAPerson) {
+  folder.write("rig.toml", kSmallRig + "[white]\nplacement = \"manual\"\n");
+  run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--out",
+       "unattended", "--yes"});
+  const Ended refused = run({"measure", "rig.toml", "--plan", "list.csv", "--material",
+                             "builtin:red-pmma", "--out", "attended"},
+                            3);
+  EXPECT_THAT(refused.error, HasSubstr("nobody confirmed"));
+}
+
+}  // namespace
+}  // namespace gonio
