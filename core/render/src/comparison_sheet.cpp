@@ -87,14 +87,20 @@ Image comparison_sheet(const brdf::BrdfModel& reference, const brdf::BrdfModel& 
     const double line = grid.y(row) + grid.size + 0.5 * grid.caption + 0.5 * small;
     draw_text(sheet, grid.x(0), line, small, to_string(lighting), kQuietInk);
     const std::string mean = fmt::format("mean {:.2f}", difference.mean_delta_e);
-    draw_text(sheet, grid.x(2), line, small, mean, kQuietInk);
     const std::string end = fmt::format("{:.0f} CIEDE2000", kDifferenceScale);
     const double end_x = grid.x(2) + grid.size - text_width(small, end);
-    draw_text(sheet, end_x, line, small, end, kQuietInk);
     const int bar_width = grid.size / 5;
     const int bar_x = static_cast<int>(end_x - 0.7 * small) - bar_width;
+    const double zero_x = bar_x - 1.4 * small;
+    if (grid.x(2) + text_width(small, mean) > zero_x) {
+      // Under a small sphere the scale would run into the mean, which says more.
+      draw_text(sheet, grid.x(2), line, small, mean + " dE00", kQuietInk);
+      continue;
+    }
+    draw_text(sheet, grid.x(2), line, small, mean, kQuietInk);
+    draw_text(sheet, end_x, line, small, end, kQuietInk);
     sheet.draw(heat_bar(bar_width, static_cast<int>(small)), bar_x, static_cast<int>(line - small));
-    draw_text(sheet, bar_x - 1.4 * small, line, small, "0", kQuietInk);
+    draw_text(sheet, zero_x, line, small, "0", kQuietInk);
   }
   return sheet;
 }
