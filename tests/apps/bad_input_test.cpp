@@ -143,7 +143,8 @@ TEST_F(BadInput, NamesTheRowOfBadSamples) {
   folder.write("merl.csv",
                "# radiometric_scale = merl\n" + std::string(kSampleHeader) + "10,20,30,1,2,3\n");
   refused(reconstruct("merl.csv"), {"merl.csv", "found merl", "expected si"});
-  folder.write("good.csv", kSampleHeader + std::string("10,20,30,1,2,3\n"));
+  folder.write("good.csv",
+               "# radiometric_scale = si\n" + std::string(kSampleHeader) + "10,20,30,1,2,3\n");
   refused({"reconstruct", "good.csv", "--basis", "good.csv", "--out", "x.binary"}, {"good.csv"});
   refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "good.csv"},
           {"good.csv", "it exists"});

@@ -16,7 +16,7 @@ namespace gonio::cli {
 samples::SampleSet samples_input(const Console& console, const std::filesystem::path& path) {
   if (!std::filesystem::is_directory(path)) {
     samples::SampleSet set = samples::read_samples(path);
-    for (const std::string& warning : set.warnings) console.warn(path.string() + ": " + warning);
+    for (const std::string& warning : set.warnings) console.warn(warning);
     return set;
   }
   const StoredSession session = open_session(path);
