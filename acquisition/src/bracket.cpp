@@ -173,10 +173,10 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
       readings.begin(), readings.end(),
       [](const RegionReading& a, const RegionReading& b) { return a.maximum_dn < b.maximum_dn; });
   const double above_black = brightest->maximum_dn - instrument.sensor.black_level_dn;
-  result.start =
-      above_black > kLeastSignal_dn && brightest->maximum_dn < kSafeFraction * saturation_dn
-          ? scaled(shortest, kAimedFraction * saturation_dn / above_black)
-          : shortest;
+  const bool usable =
+      above_black > kLeastSignal_dn && brightest->maximum_dn < kSafeFraction * saturation_dn;
+  const double aim = usable ? kAimedFraction * saturation_dn / above_black : 1.0;
+  result.start = std::clamp(scaled(shortest, aim), info.min_exposure, longest_allowed);
   return result;
 }
 

@@ -78,6 +78,14 @@ std::vector<std::uint16_t> read_frame_file(const std::filesystem::path& path, in
                                       "px, 1 sample of 16 bit",
                                       width, height, samples, bits, width_px, height_px));
   }
+  // The journal and the header may agree on a size that the file cannot hold.
+  const std::uintmax_t pixel_bytes = sizeof(std::uint16_t) * std::uintmax_t{width} * height;
+  std::uint16_t compression = COMPRESSION_NONE;
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_COMPRESSION, &compression);
+  if (compression != COMPRESSION_NONE || std::filesystem::file_size(path) < pixel_bytes) {
+    throw DataFormatError(path, "TIFF header",
+                          fmt::format("expected {} bytes of uncompressed pixels", pixel_bytes));
+  }
   std::vector<std::uint16_t> pixels(static_cast<std::size_t>(width) * height);
   if (TIFFScanlineSize(tiff.get()) != static_cast<tmsize_t>(width * sizeof(std::uint16_t))) {
     throw DataFormatError(path, "TIFF header", "unexpected row size");

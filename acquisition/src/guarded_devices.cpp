@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include "gonio/rig/paths.h"
 
 namespace gonio::acquisition {
 namespace {
+
+/// A camera may round an exposure to its own steps; more than this and 1 % is another exposure.
+constexpr std::chrono::nanoseconds kExposureTolerance = std::chrono::microseconds(20);
 
 void make_safe(const DeviceSet& devices) noexcept {
   for (devices::RotationStage* stage : devices.stages) stage->stop();
@@ -16,24 +19,60 @@ bool may_help_to_retry(devices::DeviceErrc code) {
   return code == devices::DeviceErrc::Timeout || code == devices::DeviceErrc::Protocol;
 }
 
+/// Throws Protocol unless the frame is what was asked for.
+void check_frame(const devices::Frame& frame, const devices::Camera& camera,
+                 std::chrono::nanoseconds exposure, std::optional<std::uint64_t> last_frame_id) {
+  const auto refuse = [&](const std::string& why) {
+    throw devices::DeviceError(devices::DeviceErrc::Protocol, camera.name(), why);
+  };
+  const devices::CameraInfo info = camera.info();
+  const auto pixels =
+      static_cast<std::size_t>(info.width_px) * static_cast<std::size_t>(info.height_px);
+  if (frame.width_px != info.width_px || frame.height_px != info.height_px ||
+      frame.pixel_format != info.pixel_format || frame.pixels_dn.size() != pixels) {
+    refuse(fmt::format("frame {} has another size or format than {} x {} {}", frame.frame_id,
+                       info.width_px, info.height_px, devices::to_string(info.pixel_format)));
+  }
+  const auto difference = std::chrono::abs(frame.exposure - exposure);
+  if (difference > kExposureTolerance && difference * 100 > exposure) {
+    refuse(fmt::format("asked to expose {} ns, the frame says {} ns", exposure.count(),
+                       frame.exposure.count()));
+  }
+  if (last_frame_id && frame.frame_id == *last_frame_id) {
+    refuse(fmt::format("frame id {} came twice", frame.frame_id));
+  }
+}
+
 }  // namespace
 
 GuardedDevices::GuardedDevices(const DeviceSet& devices, const rig::RigDescription& rig,
                                const SessionOptions& options, SessionWriter& archive,
                                std::stop_token stop)
-    : devices_(devices), options_(options), archive_(archive), stop_(stop), on_stop_(stop, [this] {
-        make_safe(devices_);
-      }) {
-  for (const rig::Axis& axis : rig.axes) overshoots_.push_back(axis.approach_overshoot);
+    : devices_(devices),
+      rig_(rig),
+      travel_model_(rig),
+      options_(options),
+      archive_(archive),
+      stop_(stop),
+      on_stop_(stop, [this] { make_safe(devices_); }) {
   devices_.light->close_shutter();
 }
 
 GuardedDevices::~GuardedDevices() { make_safe(devices_); }
 
+void GuardedDevices::require_running() const {
+  if (!stop_requested()) return;
+  // The request may have come between a check and a call that arms or opens something.
+  make_safe(devices_);
+  throw devices::DeviceError(devices::DeviceErrc::Stopped, "session", "asked to stop");
+}
+
 void GuardedDevices::retrying(const std::function<void()>& call) {
   for (int attempt = 0;; ++attempt) {
+    require_running();
     try {
-      return call();
+      call();
+      return require_running();
     } catch (const devices::DeviceError& error) {
       if (attempt >= options_.retries || !may_help_to_retry(error.code()) || stop_requested()) {
         throw;
@@ -44,7 +83,9 @@ void GuardedDevices::retrying(const std::function<void()>& call) {
 }
 
 void GuardedDevices::home_all() {
-  for (devices::RotationStage* stage : devices_.stages) stage->rearm();
+  for (devices::RotationStage* stage : devices_.stages) {
+    retrying([&] { stage->rearm(); });
+  }
   joints_.clear();
   for (devices::RotationStage* stage : devices_.stages) {
     retrying([&] { stage->home(options_.move_timeout); });
@@ -53,28 +94,50 @@ void GuardedDevices::home_all() {
 }
 
 rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
-  // One-sided approach: an axis whose target lies below first goes past it, all axes together.
-  rig::Joints via = target;
-  bool overshoots = false;
-  for (std::size_t i = 0; i < target.size(); ++i) {
-    const Angle overshoot = overshoots_.at(i);
-    if (overshoot > Angle() && target[i] < joints_[i]) {
-      via[i] = std::max(target[i] - overshoot, devices_.stages[i]->limits().min);
-      overshoots = true;
-    }
+  const auto route = travel_model_.route(joints_, target);
+  if (!route) {
+    throw devices::DeviceError(devices::DeviceErrc::LimitViolation, "rig",
+                               "keep-outs bar the way to the next pose");
   }
-  if (overshoots) travel(via);
-  return travel(target);
+  try {
+    for (const rig::Joints& stop : route->via) travel(stop);
+    travel(target);
+  } catch (const devices::DeviceError&) {
+    if (!stop_requested()) stand_still();
+    throw;
+  }
+  return joints_;
 }
 
-rig::Joints GuardedDevices::travel(const rig::Joints& target) {
-  retrying([&] {
-    for (std::size_t i = 0; i < target.size(); ++i) devices_.stages[i]->begin_move_to(target[i]);
-    for (std::size_t i = 0; i < target.size(); ++i) {
-      joints_[i] = devices_.stages[i]->wait_until_settled(options_.move_timeout);
-    }
-  });
-  return joints_;
+void GuardedDevices::travel(const rig::Joints& target) {
+  // One-sided approach: an axis that comes from above first goes past its target.
+  rig::Joints below = target;
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    below[i] = target[i] - rig::overshoot(rig_.axes[i], joints_[i], target[i]);
+  }
+  const auto go = [&](const rig::Joints& to) {
+    retrying([&] {
+      const auto settle = [&](std::size_t i) {
+        joints_[i] = devices_.stages[i]->wait_until_settled(options_.move_timeout);
+      };
+      for (std::size_t i = 0; i < to.size(); ++i) {
+        devices_.stages[i]->begin_move_to(to[i]);
+        if (!rig_.simultaneous_axes) settle(i);
+      }
+      if (!rig_.simultaneous_axes) return;
+      for (std::size_t i = 0; i < to.size(); ++i) settle(i);
+    });
+  };
+  if (below != target) go(below);
+  go(target);
+}
+
+void GuardedDevices::stand_still() {
+  for (devices::RotationStage* stage : devices_.stages) stage->stop();
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    devices_.stages[i]->rearm();
+    joints_[i] = devices_.stages[i]->wait_until_settled(options_.move_timeout);
+  }
 }
 
 void GuardedDevices::light(const std::string& channel) {
@@ -93,26 +156,7 @@ devices::Frame GuardedDevices::capture(std::chrono::nanoseconds exposure) {
   devices::Frame frame;
   retrying([&] {
     frame = devices_.camera->capture(exposure);
-    const devices::CameraInfo info = devices_.camera->info();
-    const auto expected =
-        static_cast<std::size_t>(info.width_px) * static_cast<std::size_t>(info.height_px);
-    if (frame.width_px != info.width_px || frame.height_px != info.height_px ||
-        frame.pixel_format != info.pixel_format || frame.pixels_dn.size() != expected) {
-      throw devices::DeviceError(
-          devices::DeviceErrc::Protocol, devices_.camera->name(),
-          fmt::format("frame {} has another size or format than {} x {} {}", frame.frame_id,
-                      info.width_px, info.height_px, devices::to_string(info.pixel_format)));
-    }
-    const auto difference = std::chrono::abs(frame.exposure - exposure);
-    if (difference > kExposureTolerance && difference * 100 > exposure) {
-      throw devices::DeviceError(devices::DeviceErrc::Protocol, devices_.camera->name(),
-                                 fmt::format("asked to expose {} ns, the frame says {} ns",
-                                             exposure.count(), frame.exposure.count()));
-    }
-    if (last_frame_id_ && frame.frame_id == *last_frame_id_) {
-      throw devices::DeviceError(devices::DeviceErrc::Protocol, devices_.camera->name(),
-                                 fmt::format("frame id {} came twice", frame.frame_id));
-    }
+    check_frame(frame, *devices_.camera, exposure, last_frame_id_);
   });
   last_frame_id_ = frame.frame_id;
   return frame;

@@ -8,11 +8,12 @@
 
 namespace gonio::acquisition {
 
-/// The devices of a session behind the two rules every path keeps: whatever happens, axes stop and
-/// the shutter closes when this object ends; and a device call is repeated only where its error
-/// says that this may help.
+/// The devices of a session behind the rules every path keeps: whatever happens, axes stop and the
+/// shutter closes when this object ends; after a stop request nothing moves, opens or is taken any
+/// more; a device call is repeated only where its error says that this may help.
 ///
 /// Threads  One; a stop request from any thread stops the axes at once.
+/// Errors   devices::DeviceError; Stopped from every call once a stop has been requested.
 class GuardedDevices {
  public:
   GuardedDevices(const DeviceSet& devices, const rig::RigDescription& rig,
@@ -22,11 +23,15 @@ class GuardedDevices {
   GuardedDevices& operator=(const GuardedDevices&) = delete;
 
   void home_all();
-  /// Starts all axes, waits for all and returns what the encoders read.
+  /// Goes there around keep-outs, each axis approached from its one side, and returns what the
+  /// encoders read. After an error the axes stand, armed, where joints() says.
+  /// Throws LimitViolation, without moving, when keep-outs bar every known way.
   rig::Joints move_to(const rig::Joints& target);
   void light(const std::string& channel);
   void close_shutter() noexcept;
   void mount(devices::Target target);
+  /// The frame of exactly this exposure; a frame of another size, format or exposure time, or one
+  /// that came before, is an error.
   devices::Frame capture(std::chrono::nanoseconds exposure);
   /// 0 without a monitor.
   double read_monitor();
@@ -38,17 +43,17 @@ class GuardedDevices {
   bool stop_requested() const { return stop_.stop_requested(); }
 
  private:
-  /// A camera may round to its own steps; more than this and 1 % is another exposure.
-  static constexpr std::chrono::nanoseconds kExposureTolerance = std::chrono::microseconds(20);
-
+  void require_running() const;
   void retrying(const std::function<void()>& call);
-  rig::Joints travel(const rig::Joints& target);
+  void travel(const rig::Joints& target);
+  void stand_still();
 
   const DeviceSet& devices_;
+  const rig::RigDescription& rig_;
+  rig::TravelModel travel_model_;
   const SessionOptions& options_;
   SessionWriter& archive_;
   std::stop_token stop_;
-  std::vector<Angle> overshoots_;
   std::optional<std::uint64_t> last_frame_id_;
   rig::Joints joints_;
   std::stop_callback<std::function<void()>> on_stop_;

@@ -28,6 +28,12 @@ MeasurementPlan make_plan(const rig::Inverse& inverse,
     plan.points.push_back({reachable[visit.stop], stops[visit.stop].alternatives[visit.alternative],
                            visit.travel_s, visit.travel_s + point_seconds});
   }
+  for (const std::size_t stop : tour.blocked) {
+    samples::Direction direction;
+    direction.angles = reachable[stop];
+    plan.refused.push_back(
+        {direction, {rig::Reason::PathBlocked, "keep-outs bar the way to all its poses"}});
+  }
   plan.travel_s = tour.travel_s;
   plan.lower_bound_s = tour.lower_bound_s;
   plan.exact_order = tour.exact;

@@ -30,7 +30,6 @@ std::vector<double> mean_dark(const SessionReader& archive, const instrument::Se
   for (const FrameRecord& record : archive.frames()) {
     if (record.kind != FrameKind::dark) continue;
     const devices::Frame frame = archive.read_frame(record);
-    if (frame.pixels_dn.size() != pixel_count) continue;
     for (std::size_t p = 0; p < pixel_count; ++p) mean[p] += frame.pixels_dn[p];
     ++frames_used;
   }
@@ -54,10 +53,15 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
   const devices::Frame frame = archive.read_frame(*lamp_off);
   const double exposure_s = seconds(frame.exposure);
   maps.rate_dn_per_s.resize(offset_dn.size());
+  double above_offset_dn = 0.0;
   for (std::size_t p = 0; p < offset_dn.size(); ++p) {
-    maps.rate_dn_per_s[p] = (frame.pixels_dn.at(p) - offset_dn[p]) / exposure_s;
+    const double signal_dn = frame.pixels_dn[p] - offset_dn[p];
+    maps.rate_dn_per_s[p] = signal_dn / exposure_s;
+    above_offset_dn += signal_dn / static_cast<double>(offset_dn.size());
   }
-  maps.rate_variance_dn2_per_s2 = read_variance_dn2(sensor) / (exposure_s * exposure_s);
+  const double shot_variance_dn2 = sensor.gain_dn_per_e * std::max(0.0, above_offset_dn);
+  maps.rate_variance_dn2_per_s2 =
+      (read_variance_dn2(sensor) + shot_variance_dn2) / (exposure_s * exposure_s);
   return maps;
 }
 

@@ -9,6 +9,10 @@
 
 namespace gonio::acquisition {
 
+/// Share of an area's pixels that may be saturated or clipped. Leaving out only the brightest would
+/// bend the mean: above this the whole area is a bound, not a value.
+constexpr double kMaxBadFraction = 0.02;
+
 /// What to take off every frame, per pixel: offset from the dark frames, rate from a lamp-off
 /// frame.
 struct BackgroundMaps {

@@ -11,7 +11,7 @@ namespace {
 
 template <class... Parts>
 [[noreturn]] void refuse(fmt::format_string<Parts...> text, Parts&&... parts) {
-  throw std::invalid_argument("pre-run check: " + fmt::format(text, std::forward<Parts>(parts)...));
+  throw PreflightError("pre-run check: " + fmt::format(text, std::forward<Parts>(parts)...));
 }
 
 void check_axes(const DeviceSet& devices, const rig::RigDescription& rig) {
@@ -82,12 +82,36 @@ void check_camera(const DeviceSet& devices, const instrument::Instrument& instru
   }
 }
 
+/// Home, white, every point, white, home: each leg must have a way around the keep-outs.
+void check_itinerary(const rig::RigDescription& rig, const MeasurementPlan& plan,
+                     const rig::Joints& white) {
+  const rig::TravelModel travel(rig);
+  rig::Joints home;
+  for (const rig::Axis& axis : rig.axes) home.push_back(axis.home);
+  std::vector<rig::Joints> stops{home, white};
+  for (const PlannedPoint& point : plan.points) stops.push_back(point.pose.joints);
+  stops.push_back(white);
+  stops.push_back(home);
+  for (std::size_t i = 1; i < stops.size(); ++i) {
+    if (!travel.route(stops[i - 1], stops[i])) {
+      refuse("keep-outs bar the way to stop {} of {} of the session ({})", i, stops.size() - 1,
+             i == 1 || i + 2 == stops.size() ? "white"
+             : i + 1 == stops.size()         ? "home"
+                                             : "point");
+    }
+  }
+}
+
 }  // namespace
 
 void check_before_motion(const DeviceSet& devices, const instrument::Instrument& instrument,
                          const MeasurementPlan& plan, const SessionOptions& options) {
   options.validate();
-  instrument.validate();
+  try {
+    instrument.validate();
+  } catch (const std::invalid_argument& error) {
+    throw PreflightError(error.what());
+  }
   if (devices.camera == nullptr) refuse("no camera");
   if (devices.light == nullptr) refuse("no light source");
   if (devices.clock == nullptr) refuse("no clock");
@@ -98,9 +122,25 @@ void check_before_motion(const DeviceSet& devices, const instrument::Instrument&
   if (options.white != WhitePlacement::in_frame && devices.changer == nullptr) {
     refuse("the white is to be changed in, but there is no target changer");
   }
+  const rig::Joints white = white_joints(instrument.rig);
+  if (white_regions(instrument, options, white).empty()) {
+    refuse("the white reference is not in the camera's view");
+  }
+  check_itinerary(instrument.rig, plan, white);
 }
 
-rig::PoseSolution white_pose(const rig::Inverse& inverse) {
+Regions white_regions(const instrument::Instrument& instrument, const SessionOptions& options,
+                      const rig::Joints& joints) {
+  const rig::RigPose pose = rig::forward(instrument.rig, joints);
+  if (options.white == WhitePlacement::in_frame) {
+    return regions_of(instrument, pose, options.white_patch_mm, options.white_patch_half_width_mm,
+                      1);
+  }
+  return regions_of(instrument, pose, Eigen::Vector2d::Zero(), options.sample_half_width_mm);
+}
+
+rig::Joints white_joints(const rig::RigDescription& rig) {
+  const rig::Inverse inverse(rig);
   // theta_i = 45 and theta_o = 0: theta_h = theta_d = 22.5, phi_d = 0. Rigs that cannot (a tilt
   // that does not reach, a lamp that may not come so near) take the first that they can.
   for (const double theta_d : {22.5, 20.0, 15.0, 10.0, 30.0, 40.0}) {
@@ -109,11 +149,10 @@ rig::PoseSolution white_pose(const rig::Inverse& inverse) {
       direction.theta_h = Angle::from_degrees(theta_h);
       direction.theta_d = Angle::from_degrees(theta_d);
       const rig::Reach reach = inverse.solve(direction);
-      if (!reach.poses.empty()) return reach.poses.front();
+      if (!reach.poses.empty()) return reach.poses.front().joints;
     }
   }
-  throw std::invalid_argument(
-      "pre-run check: the rig reaches no pose at which a white reference can be measured");
+  refuse("the rig reaches no pose at which a white reference can be measured");
 }
 
 }  // namespace gonio::acquisition

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <stdexcept>
 
 #include "gonio/errors/errors.h"
@@ -15,7 +16,6 @@
 namespace gonio::acquisition {
 namespace {
 
-constexpr double kMaxSaturatedFraction = 0.02;
 /// A spot whose value is below this many of its sigmas is marked dark.
 constexpr double kDarkSigmas = 3.0;
 
@@ -38,15 +38,48 @@ struct PointFrames {
   const FrameRecord* lamp_off = nullptr;
 };
 
-std::map<int, PointFrames> frames_by_point(const SessionReader& archive) {
+/// Frames of the points that ended as measured; the others are named in `warnings`.
+std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archive,
+                                                     std::vector<std::string>& warnings) {
+  std::map<int, PointOutcome> outcomes;
+  for (const PointRecord& point : archive.points()) outcomes[point.point] = point.outcome;
   std::map<int, PointFrames> points;
+  std::set<int> left_out;
   for (const FrameRecord& record : archive.frames()) {
     if (record.point < 0) continue;
+    const auto outcome = outcomes.find(record.point);
+    if (outcome == outcomes.end() || outcome->second != PointOutcome::Measured) {
+      if (left_out.insert(record.point).second) {
+        warnings.push_back(
+            fmt::format("point {}: {}, left out", record.point,
+                        outcome == outcomes.end() ? "never finished" : to_string(outcome->second)));
+      }
+      continue;
+    }
     PointFrames& frames = points[record.point];
     if (record.kind == FrameKind::sample) frames.lit[record.channel].push_back(&record);
     if (record.kind == FrameKind::lamp_off) frames.lamp_off = &record;
   }
   return points;
+}
+
+/// Every frame must be of the instrument's camera and every pose of its rig.
+void check_sizes(const SessionReader& archive, const instrument::Instrument& instrument,
+                 const std::filesystem::path& place) {
+  const instrument::CameraModel& camera = instrument.camera;
+  for (const FrameRecord& record : archive.frames()) {
+    const auto [width, height] = archive.frame_size(record);
+    if (width != camera.width_px || height != camera.height_px) {
+      throw DataFormatError(place / record.file, "frame size",
+                            fmt::format("found {} x {} px, the calibration is for {} x {} px",
+                                        width, height, camera.width_px, camera.height_px));
+    }
+    if (record.joints.size() != instrument.rig.axes.size()) {
+      throw DataFormatError(place / record.file, "joints",
+                            fmt::format("found {}, the calibrated rig has {} axes",
+                                        record.joints.size(), instrument.rig.axes.size()));
+    }
+  }
 }
 
 /// Centres of the grid over the usable sample; one spot lies in the middle.
@@ -170,6 +203,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   reduction.samples.scale = brdf::RadiometricScale::si;
   reduction.warnings = archive.damage();
   const std::filesystem::path place = archive.folder();
+  check_sizes(archive, instrument, place);
   const ColourLayout colours(archive, place);
   const auto pixel_count = static_cast<std::size_t>(instrument.camera.width_px) *
                            static_cast<std::size_t>(instrument.camera.height_px);
@@ -182,7 +216,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   reduction.white_drift_relative = white.drift();
   const double u_drift = std::abs(white.drift()) / std::sqrt(12.0);
 
-  for (const auto& [index, frames] : frames_by_point(archive)) {
+  for (const auto& [index, frames] : frames_of_measured_points(archive, reduction.warnings)) {
     if (frames.lit.size() != colours.channels().size()) {
       reduction.warnings.push_back(fmt::format("point {}: {} of {} channels were taken, left out",
                                                index, frames.lit.size(),
@@ -221,9 +255,8 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           factor += pixel.geometry.factor;
           ++used;
         }
-        // Leaving out only the brightest pixels would bend the mean: the whole spot is a bound.
         if (used == 0 ||
-            static_cast<double>(bad) > kMaxSaturatedFraction * static_cast<double>(used + bad)) {
+            static_cast<double>(bad) > kMaxBadFraction * static_cast<double>(used + bad)) {
           usable = false;
           break;
         }

@@ -12,9 +12,6 @@
 namespace gonio::acquisition {
 namespace {
 
-/// A stop was asked for: unwinds to run_session, which ends the session as interrupted.
-struct StopAsked {};
-
 class Session {
  public:
   Session(const DeviceSet& devices, const instrument::Instrument& instrument,
@@ -27,14 +24,12 @@ class Session {
         archive_(archive),
         progress_(progress),
         channels_(devices.light->channels()),
-        white_joints_(white_pose(rig::Inverse(instrument.rig)).joints) {}
+        white_joints_(white_joints(instrument.rig)) {}
 
   SessionResult run() {
     started_ = devices_.now();
     try {
       measure();
-    } catch (const StopAsked&) {
-      archive_.note(devices_.now(), "stopped", "the session was asked to stop");
     } catch (const devices::DeviceError& error) {
       // A stop request latches the axes, and they then say so: that is an interruption, no fault.
       if (!devices_.stop_requested()) {
@@ -75,7 +70,6 @@ class Session {
     devices_.close_shutter();
     const auto shortest = devices_.devices().camera->info().min_exposure;
     for (int i = 0; i < options_.dark_frames; ++i) {
-      check_stop();
       archive_.append(dark_record(FrameKind::dark, -1), devices_.capture(shortest));
     }
   }
@@ -83,18 +77,9 @@ class Session {
   void take_white() {
     if (options_.white != WhitePlacement::in_frame) devices_.mount(devices::Target::white);
     devices_.move_to(white_joints_);
-    const bool in_frame = options_.white == WhitePlacement::in_frame;
-    const Regions regions =
-        regions_of(instrument_, rig::forward(instrument_.rig, devices_.joints()),
-                   in_frame ? options_.white_patch_mm : Eigen::Vector2d::Zero(),
-                   in_frame ? options_.white_patch_half_width_mm : options_.sample_half_width_mm,
-                   in_frame ? 1 : 3);
-    if (regions.empty()) {
-      throw std::invalid_argument("the white reference is not in the camera's view");
-    }
+    const Regions regions = white_regions(instrument_, options_, devices_.joints());
     auto longest = std::chrono::nanoseconds(0);
     for (const devices::LightChannel& channel : channels_) {
-      check_stop();
       devices_.light(channel.name);
       FrameRecord record;
       record.kind = FrameKind::white;
@@ -109,7 +94,6 @@ class Session {
         warn(fmt::format("white saturates in channel {} at the shortest exposure", channel.name));
       }
       for (int i = 1; i < options_.white_frames; ++i) {
-        check_stop();
         FrameRecord repeat = record;
         repeat.joints = devices_.joints();
         repeat.joints_spread.assign(repeat.joints.size(), Angle());
@@ -129,7 +113,6 @@ class Session {
     point.commanded = planned.direction;
     point.branch = rig::to_char(planned.pose.branch);
     try {
-      check_stop();
       point.joints = devices_.move_to(planned.pose.joints);
       point.outcome = take_channels(index);
     } catch (const devices::DeviceError& error) {
@@ -161,7 +144,6 @@ class Session {
     bool all_saturated = false;
     bool all_dark = false;
     for (const devices::LightChannel& channel : channels_) {
-      check_stop();
       devices_.light(channel.name);
       FrameRecord record;
       record.kind = FrameKind::sample;
@@ -175,7 +157,6 @@ class Session {
       all_dark = all_dark || found.dark_regions == found.regions;
     }
     devices_.close_shutter();
-    check_stop();
     archive_.append(dark_record(FrameKind::lamp_off, index), devices_.capture(longest));
     if (all_saturated) return PointOutcome::Saturated;
     return all_dark ? PointOutcome::TooDark : PointOutcome::Measured;
@@ -188,10 +169,6 @@ class Session {
     record.joints = devices_.joints();
     record.joints_spread.assign(record.joints.size(), Angle());
     return record;
-  }
-
-  void check_stop() const {
-    if (devices_.stop_requested()) throw StopAsked{};
   }
 
   void warn(std::string text) {
@@ -235,8 +212,7 @@ class Session {
 void SessionOptions::validate() const {
   const auto require = [](bool ok, const char* field, double value, const char* expected) {
     if (!ok) {
-      throw std::invalid_argument(
-          fmt::format("session: {} is {}, expected {}", field, value, expected));
+      throw PreflightError(fmt::format("session: {} is {}, expected {}", field, value, expected));
     }
   };
   using Microseconds = std::chrono::duration<double, std::micro>;

@@ -4,7 +4,8 @@
 #include <fmt/ranges.h>
 
 #include <charconv>
-#include <set>
+#include <cmath>
+#include <type_traits>
 
 #include "frame_file.h"
 #include "gonio/errors/errors.h"
@@ -74,6 +75,9 @@ class RowFields {
     if (error != std::errc() || end != text.data() + text.size()) {
       fail(fmt::format("found {:?}, expected a number", text));
     }
+    if constexpr (std::is_floating_point_v<Number>) {
+      if (!std::isfinite(value)) fail(fmt::format("found {:?}, expected a finite number", text));
+    }
     return value;
   }
 
@@ -111,6 +115,7 @@ FrameRecord frame_record(RowFields& fields, std::int64_t number) {
   record.joints = fields.angles();
   record.joints_spread = fields.angles();
   record.exposure = fields.nanoseconds();
+  if (record.exposure.count() <= 0) fields.fail("an exposure that is not positive");
   record.exposure_start = fields.nanoseconds();
   record.monitor = fields.number<double>();
   record.camera_frame_id = fields.number<std::uint64_t>();
@@ -245,6 +250,11 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
     notes_.push_back(std::move(note));
   });
   each_intact("finished", [&](RowFields&, const Journal::Row&) { finished_ = true; });
+}
+
+std::pair<int, int> SessionReader::frame_size(const FrameRecord& record) const {
+  const devices::Frame& shape = shapes_.at(record.id);
+  return {shape.width_px, shape.height_px};
 }
 
 devices::Frame SessionReader::read_frame(const FrameRecord& record) const {

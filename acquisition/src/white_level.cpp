@@ -38,6 +38,8 @@ struct Sums {
   double signal = 0.0;
   double expected = 0.0;
   double variance = 0.0;
+  double used = 0.0;  ///< pixels
+  double bad = 0.0;   ///< saturated or clipped pixels
 };
 
 }  // namespace
@@ -97,8 +99,12 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
         for (int colour = 0; colour < 3; ++colour) {
           const ChannelSignal& signal = signals[colours.channel_of(colour)];
           if (!ColourLayout::carries(signal.pixel_format, column, row, colour)) continue;
-          if (signal.merged.state[pixel] != instrument::PixelState::measured) continue;
           Sums& sum = sums[static_cast<std::size_t>(colour)];
+          if (signal.merged.state[pixel] != instrument::PixelState::measured) {
+            sum.bad += 1.0;
+            continue;
+          }
+          sum.used += 1.0;
           sum.signal += signal.merged.dn_per_s[pixel];
           sum.variance += signal.merged.variance[pixel];
           sum.expected += white[colour] * geometry->factor;
@@ -111,7 +117,8 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
       const Sums& sum = sums[static_cast<std::size_t>(colour)];
       const ChannelSignal& signal = signals[colours.channel_of(colour)];
       const double monitor = signal.monitor > 0.0 ? signal.monitor : 1.0;
-      usable = usable && sum.expected > 0.0 && sum.signal > 0.0;
+      usable = usable && sum.expected > 0.0 && sum.signal > 0.0 &&
+               sum.bad <= kMaxBadFraction * (sum.used + sum.bad);
       found.constant[colour] = sum.signal / (sum.expected * monitor);
       found.relative_sigma[colour] = std::sqrt(sum.variance) / sum.signal;
       found.time_s += signal.time_s / 3.0;

@@ -28,15 +28,19 @@ class FakeStage final : public devices::RotationStage {
   explicit FakeStage(const rig::Axis& axis) : name_(axis.name), limits_{axis.min, axis.max} {}
   const std::string& name() const override { return name_; }
   devices::JointLimits limits() const override { return limits_; }
-  void home(std::chrono::milliseconds) override { at_ = home_angle; }
+  void home(std::chrono::milliseconds) override {
+    refuse_when_stopped();
+    ++homings;
+    at_ = home_angle;
+  }
   void begin_move_to(Angle target) override {
+    refuse_when_stopped();
     if (on_move) on_move(*this);
     ++moves;
     at_ = target;
   }
   Angle wait_until_settled(std::chrono::milliseconds) override {
-    if (stopped)
-      throw devices::DeviceError(devices::DeviceErrc::Stopped, name_, "stop() is latched");
+    refuse_when_stopped();
     return at_;
   }
   void stop() noexcept override {
@@ -47,11 +51,16 @@ class FakeStage final : public devices::RotationStage {
 
   std::function<void(FakeStage&)> on_move;
   Angle home_angle;
+  int homings = 0;
   int moves = 0;
   int stops = 0;
   bool stopped = false;
 
  private:
+  void refuse_when_stopped() const {
+    if (stopped) throw devices::DeviceError(devices::DeviceErrc::Stopped, name_, "stop is latched");
+  }
+
   std::string name_;
   devices::JointLimits limits_;
   Angle at_;

@@ -65,6 +65,14 @@ class Reduction : public testing::Test {
                   0.1);
     }
     write_frame(archive, FrameKind::lamp_off, 0, "", kSample, 0.0, 0.1);
+    write_point(archive, 0, outcome_);
+  }
+
+  static void write_point(SessionWriter& archive, int point, PointOutcome outcome) {
+    PointRecord record;
+    record.point = point;
+    record.outcome = outcome;
+    archive.append(record);
   }
 
   gonio::acquisition::Reduction reduce_centre() {
@@ -83,6 +91,7 @@ class Reduction : public testing::Test {
   std::filesystem::path folder_ = temporary_.path() / "session";
   FakeRig rig_;
   std::uint64_t frame_id_ = 0;
+  PointOutcome outcome_ = PointOutcome::Measured;
   double monitor_ = 1.0;
   double monitor_at_sample_ = 1.0;
 };
@@ -155,6 +164,23 @@ TEST_F(Reduction, RefusesAnArchiveWithoutAWhite) {
   }
 }
 
+TEST_F(Reduction, UsesOnlyPointsThatEndedAsMeasured) {
+  outcome_ = PointOutcome::Saturated;
+  write_session(0.25);
+  EXPECT_THROW(reduce_centre(), DataFormatError);
+}
+
+TEST_F(Reduction, RefusesTheCalibrationOfAnotherCamera) {
+  write_session(0.25);
+  rig_.known.camera.width_px = 64;
+  try {
+    reduce_centre();
+    FAIL() << "reduced with another camera's calibration";
+  } catch (const DataFormatError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("found 32 x 32 px, the calibration is for 64 x 32 px"));
+  }
+}
+
 TEST_F(Reduction, LeavesOutAPointWhoseChannelsAreNotAllThere) {
   {
     SessionWriter archive(folder_, {}, {});
@@ -164,7 +190,10 @@ TEST_F(Reduction, LeavesOutAPointWhoseChannelsAreNotAllThere) {
     for (const char* channel : {"R", "G", "B"}) {
       write_frame(archive, FrameKind::sample, 0, channel, kSample, 9000.0, 0.1);
     }
+    write_frame(archive, FrameKind::lamp_off, 0, "", kSample, 0.0, 0.1);
     write_frame(archive, FrameKind::sample, 1, "R", kSample, 9000.0, 0.1);
+    write_point(archive, 0, PointOutcome::Measured);
+    write_point(archive, 1, PointOutcome::Measured);
   }
   const auto reduced = reduce_centre();
   EXPECT_EQ(reduced.samples.samples.size(), 1U);

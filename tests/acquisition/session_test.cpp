@@ -11,6 +11,7 @@ namespace {
 
 using testing::Contains;
 using testing::HasSubstr;
+using namespace gonio::literals;
 
 const std::vector<std::array<double, 3>> kTwoDirections{{3.0, 12.0, 28.0}, {15.0, 30.0, 130.0}};
 
@@ -24,7 +25,7 @@ class Session : public testing::Test {
   std::string refusal() {
     try {
       run();
-    } catch (const std::invalid_argument& error) {
+    } catch (const PreflightError& error) {
       return error.what();
     }
     return "accepted";
@@ -140,7 +141,40 @@ TEST_F(Session, StopsEverythingWhenAskedInTheMiddleOfAPoint) {
   const SessionResult result = run(source.get_token());
   EXPECT_FALSE(result.complete);
   expect_safe();
+  EXPECT_EQ(captures, 40) << "nothing is exposed after the request";
   EXPECT_FALSE(SessionReader(folder_).finished());
+  EXPECT_EQ(SessionReader(folder_).frames().size(), 39U)
+      << "a frame under way when the shutter closed is no sample";
+}
+
+TEST_F(Session, NeitherArmsNorMovesAnythingWhenItWasAskedToStopBefore) {
+  std::stop_source source;
+  source.request_stop();
+  EXPECT_FALSE(run(source.get_token()).complete);
+  expect_safe();
+  for (const auto& stage : rig_.stages) EXPECT_EQ(stage->homings, 0) << stage->name();
+}
+
+TEST_F(Session, StandsStillAfterAMoveThatNeverArrived) {
+  int failures = 3;  // the first try and both retries
+  rig_.stages[2]->on_move = [&](FakeStage& stage) {
+    if (stage.moves >= 1 && failures-- > 0) {
+      throw devices::DeviceError(devices::DeviceErrc::Timeout, stage.name(), "not in position");
+    }
+  };
+  const SessionResult result = run();
+  EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Failed);
+  EXPECT_EQ(result.points.at(1).outcome, PointOutcome::Measured);
+  for (const auto& stage : rig_.stages) EXPECT_GE(stage->stops, 2) << "once there, once at the end";
+}
+
+TEST_F(Session, MovesNothingWhenKeepOutsBarTheWay) {
+  const auto every_pose = rig_.plan(directions_).points.at(0).pose.joints;
+  rig_.known.rig.keep_outs.push_back({"wall", {{0, every_pose[0] - 2_deg, every_pose[0] + 2_deg}}});
+  SessionWriter archive(folder_, {}, {});
+  const MeasurementPlan plan = FakeRig().plan(directions_);
+  EXPECT_THROW(run_session(rig_.devices(), rig_.known, plan, options_, archive), PreflightError);
+  EXPECT_EQ(moves(), 0);
 }
 
 TEST_F(Session, RejectsAFrameWhoseExposureIsNotTheOneAskedFor) {

@@ -10,6 +10,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "gonio-calibration";
 constexpr int kVersion = 1;
+constexpr int kMaxDepth = 16;  // the format needs 7
 constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20U;
 
 CameraModel camera_from_json(JsonFields fields) {
@@ -122,7 +123,14 @@ std::string to_json(const Instrument& instrument) {
 Instrument instrument_from_json(const std::string& text, const std::filesystem::path& place) {
   nlohmann::json document;
   try {
-    document = nlohmann::json::parse(text);
+    document =
+        nlohmann::json::parse(text, [&](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+          if (depth > kMaxDepth) {
+            throw DataFormatError(place, "structure",
+                                  fmt::format("nested deeper than {} levels", kMaxDepth));
+          }
+          return true;
+        });
   } catch (const nlohmann::json::parse_error& error) {
     throw DataFormatError(place, fmt::format("byte {}", error.byte), "not valid JSON");
   } catch (const nlohmann::json::exception&) {

@@ -18,7 +18,8 @@ Json chain_to_json(const rig::RigDescription& rig, const rig::Chain& chain) {
                      {"direction", numbers(link.direction)},
                      {"point_mm", numbers(link.point_mm)},
                      {"scale", link.scale},
-                     {"offset_deg", link.offset.degrees()}});
+                     {"offset_deg", link.offset.degrees()},
+                     {"lead_mm_per_turn", link.lead_mm_per_turn}});
   }
   Json rotation = Json::array();
   for (int row = 0; row < 3; ++row) {
@@ -47,6 +48,7 @@ rig::Chain chain_from_json(const rig::RigDescription& rig, JsonFields fields) {
     parsed.point_mm = link.vector<3>("point_mm");
     parsed.scale = link.number("scale");
     parsed.offset = Angle::from_degrees(link.number("offset_deg"));
+    parsed.lead_mm_per_turn = link.number("lead_mm_per_turn");
     chain.links.push_back(parsed);
   });
   const Eigen::Matrix<double, 9, 1> rotation = fields.vector<9>("home_rotation");
@@ -93,6 +95,12 @@ Json rig_to_json(const rig::RigDescription& rig) {
           {"theta_i_max_deg", rig.limits.theta_i_max.degrees()},
           {"theta_o_max_deg", rig.limits.theta_o_max.degrees()},
           {"theta_d_min_deg", rig.limits.theta_d_min.degrees()},
+          {"footprint",
+           {{"sample_half_width_mm", rig.limits.footprint.sample_half_width_mm},
+            {"edge_margin_mm", rig.limits.footprint.edge_margin_mm},
+            {"spot_half_width_mm", rig.limits.footprint.spot_half_width_mm},
+            {"min_projected_half_width_mm", rig.limits.footprint.min_projected_half_width_mm},
+            {"camera_half_field_deg", rig.limits.footprint.camera_half_field.degrees()}}},
           {"keep_outs", keep_outs},
           {"simultaneous_axes", rig.simultaneous_axes}};
 }
@@ -119,6 +127,15 @@ rig::RigDescription rig_from_json(JsonFields& fields) {
   rig.limits.theta_i_max = Angle::from_degrees(fields.number("theta_i_max_deg"));
   rig.limits.theta_o_max = Angle::from_degrees(fields.number("theta_o_max_deg"));
   rig.limits.theta_d_min = Angle::from_degrees(fields.number("theta_d_min_deg"));
+  JsonFields footprint = fields.object("footprint");
+  rig.limits.footprint.sample_half_width_mm = footprint.number("sample_half_width_mm");
+  rig.limits.footprint.edge_margin_mm = footprint.number("edge_margin_mm");
+  rig.limits.footprint.spot_half_width_mm = footprint.number("spot_half_width_mm");
+  rig.limits.footprint.min_projected_half_width_mm =
+      footprint.number("min_projected_half_width_mm");
+  rig.limits.footprint.camera_half_field =
+      Angle::from_degrees(footprint.number("camera_half_field_deg"));
+  footprint.finish();
   fields.each_object("keep_outs", [&](JsonFields& keep_out) {
     rig::KeepOut parsed{keep_out.text("name"), {}};
     keep_out.each_object("ranges", [&](JsonFields& range) {

@@ -32,6 +32,8 @@ TEST(CalibrationFile, ReadsBackWhatItWrote) {
   written.lamp_field.c11 = 1.0 / 3.0;
   written.rig.keep_outs.push_back(
       {"post", {{1, Angle::from_degrees(80), Angle::from_degrees(90)}}});
+  written.rig.lamp.links.at(0).lead_mm_per_turn = 2.5;
+  written.rig.limits.footprint.sample_half_width_mm = 25.0;
   const Instrument read = instrument_from_json(to_json(written), "cal.json");
   EXPECT_EQ(to_json(read), to_json(written));
   EXPECT_EQ(read.lamp_field.c11, written.lamp_field.c11);
@@ -58,6 +60,7 @@ TEST(CalibrationFile, SaysWhatItFoundAndExpected) {
               HasSubstr("cal.json"));
   EXPECT_THAT(refusal(good.substr(0, good.size() / 2)), HasSubstr("not valid JSON"));
   EXPECT_THAT(refusal("[]"), HasSubstr("expected an object"));
+  EXPECT_THAT(refusal(std::string(1000000, '[')), HasSubstr("nested deeper than"));
 }
 
 TEST(CalibrationFile, RefusesALinkToAnAxisThatDoesNotExist) {

@@ -34,7 +34,8 @@ struct MeasurementPlan {
 };
 
 /// Chooses poses and the shortest order from home. `point_seconds` is the expected time of the
-/// exposures of one point, `overhead_seconds` of everything that is not a point.
+/// exposures of one point, `overhead_seconds` of everything that is not a point. A direction
+/// without a pose, or whose poses keep-outs bar, goes to `refused` with its reason.
 MeasurementPlan make_plan(const rig::Inverse& inverse,
                           const std::vector<samples::Direction>& directions, double point_seconds,
                           double overhead_seconds, std::uint64_t seed = 1);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <chrono>
 #include <functional>
+#include <stdexcept>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -26,6 +27,13 @@ struct DeviceSet {
   devices::LampMonitor* monitor = nullptr;    ///< optional
   devices::TargetChanger* changer = nullptr;  ///< needed for white placement changer and manual
   devices::Clock* clock = nullptr;
+};
+
+/// The pre-run check refused a session: nothing has moved. One line names the device, axis, option
+/// or direction, what was found and what is expected.
+class PreflightError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
 };
 
 /// Where the white reference is.
@@ -52,13 +60,13 @@ struct SessionOptions {
   int retries = 2;                            ///< of a failed device call, per point
   std::chrono::milliseconds move_timeout = std::chrono::minutes(2);
 
-  /// Throws std::invalid_argument naming the field and its value.
+  /// Throws PreflightError naming the field and its value.
   void validate() const;
 };
 
 /// What a session tells while it runs; called on the session's thread.
 struct SessionProgress {
-  std::string phase;  ///< "home", "dark", "white", "point", "closing white"
+  std::string phase;  ///< "home", "dark", "white", "point", "closing white", "park"
   int done = 0;       ///< points finished
   int total = 0;
   double elapsed_s = 0.0;  ///< session clock
@@ -79,7 +87,7 @@ struct SessionResult {
 ///
 /// Threads  Blocks; `stop` may be requested from any thread: the point under way is abandoned, the
 ///          axes stop, the archive stays readable.
-/// Throws   std::invalid_argument (check failed, nothing has moved), devices::DeviceError.
+/// Throws   PreflightError (nothing has moved), devices::DeviceError.
 SessionResult run_session(const DeviceSet& devices, const instrument::Instrument& instrument,
                           const MeasurementPlan& plan, const SessionOptions& options,
                           SessionWriter& archive,

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "gonio/devices/frame.h"
@@ -109,6 +110,8 @@ class SessionReader {
   const std::vector<std::string>& damage() const { return damage_; }
   bool finished() const { return finished_; }
 
+  /// Width and height in px of a frame of frames().
+  std::pair<int, int> frame_size(const FrameRecord& record) const;
   /// Reads a frame's pixels and verifies its checksum. Throws DataFormatError.
   devices::Frame read_frame(const FrameRecord& record) const;
 
