@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
 
@@ -118,6 +119,42 @@ TEST_F(Workflow, DryRunMovesNothingAndLeavesNothing) {
   EXPECT_THAT(ended.out, HasSubstr("(39.00, 60.00, 89.00) deg"));
   EXPECT_THAT(ended.error, HasSubstr("nothing was moved"));
   EXPECT_THAT(folder.names(), testing::ElementsAre("list.csv", "rig.toml"));
+}
+
+TEST_F(Workflow, MeasuresAPlanInItsOwnOrderAndPoses) {
+  run({"plan", "--directions", "nielsen-10", "--rig", "rig.toml", "--out", "plan.csv"});
+  const Ended ended = run(
+      {"measure", "rig.toml", "--plan", "plan.csv", "--material", "builtin:red-pmma", "--dry-run"});
+  // The published ten, in the shortest order: the first and the last.
+  EXPECT_THAT(ended.out, testing::StartsWith("(2.00, 60.00, 180.00) deg"));
+  EXPECT_LT(ended.out.find("(3.00, 12.00, 28.00)"), ended.out.find("(1.00, 6.00, 37.00)"));
+}
+
+TEST_F(Workflow, SamplesAndEvaluatesMaterialsFromFiles) {
+  run({"materials", "make", "files", "--only", "slate", "gold-satin", "red-pmma", "oak-oiled",
+       "grey-abs", "blue-metallic"});
+  run({"sample", "files/slate.binary", "--directions", "list.csv", "--rig", "rig.toml", "--noise",
+       "0.01", "--seed", "3", "--out", "samples.csv"});
+  const std::string samples = folder.read("samples.csv");
+  EXPECT_EQ(std::count(samples.begin(), samples.end(), '\n'), 2 + 5 * 9);
+  run({"sample", "files/slate.binary", "--directions", "list.csv", "--rig", "rig.toml", "--noise",
+       "0.01", "--seed", "3", "--out", "again.csv", "--threads", "1"});
+  EXPECT_EQ(folder.read("again.csv"), samples);
+  const auto table = nlohmann::json::parse(
+      run({"evaluate", "files", "--samples", "4", "--folds", "3", "--json"}).out);
+  ASSERT_EQ(table.size(), 2U);
+  EXPECT_EQ(table[0]["samples"], 4);
+  EXPECT_EQ(table[0]["materials"].size(), 6U);
+  EXPECT_EQ(table[1]["method"], "published ten, eta 40");
+  EXPECT_GT(table[0]["psnr_a_db"]["mean"].get<double>(), 5.0);
+}
+
+TEST_F(Workflow, DescribesTheReferenceRigAlsoAsChains) {
+  folder.write("chains.toml", run({"rig", "example", "--type", "chains"}).out);
+  const auto chains = nlohmann::json::parse(run({"rig", "check", "chains.toml", "--json"}).out);
+  const auto short_form = nlohmann::json::parse(run({"rig", "check", "rig.toml", "--json"}).out);
+  EXPECT_EQ(chains["reachable_cells"], short_form["reachable_cells"]);
+  EXPECT_EQ(chains["published_ten_reached"], 10);
 }
 
 TEST_F(Workflow, LeavesOutUnreachableDirectionsWhenTold) {

@@ -15,7 +15,9 @@ struct CheckOptions {
   bool json = false;
 };
 
-struct NoOptions {};
+struct ExampleOptions {
+  std::string type = "la2";
+};
 
 std::string reach_text(const rig::ReachStatistics& reach, bool closed_form) {
   const auto percent = [&](std::size_t cells) {
@@ -82,13 +84,15 @@ int check(Context& context, const CheckOptions& options) {
   return kSuccess;
 }
 
-int example(Context& context, const NoOptions&) {
+int example(Context& context, const ExampleOptions& options) {
+  RigFile file = default_rig_file();
+  if (options.type == "chains") file.kind = RigFile::Kind::chains;
   context.console.result(
       "# A rig file for gonio. Every key is optional and stands here with its default; unknown "
       "keys\n"
       "# are errors. `gonio rig check FILE` says what a rig can reach. Angles are in degrees,\n"
       "# lengths in millimetres; a calibration file brings the measured constants.\n" +
-      rig_file_text(default_rig_file(), true));
+      rig_file_text(file, true));
   return kSuccess;
 }
 
@@ -106,7 +110,10 @@ void add_rig(const Command& root) {
   check_command.on_call(check_options, check);
   const Command example_command =
       rig.add("example", "Print a commented rig file", "gonio rig example > rig.toml");
-  example_command.on_call(std::make_shared<NoOptions>(), example);
+  auto example_options = std::make_shared<ExampleOptions>();
+  example_command.choice("--type", example_options->type, {"la2", "chains"},
+                         "The short form, or the same rig spelled out as serial chains");
+  example_command.on_call(example_options, example);
 }
 
 }  // namespace gonio::cli

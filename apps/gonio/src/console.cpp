@@ -13,6 +13,13 @@ namespace {
 
 constexpr std::string_view kRed = "31";
 constexpr std::string_view kYellow = "33";
+/// To standard error, as far as it is still there: a reader that went away must never end a
+/// measurement.
+void print_error(std::string_view text) {
+  std::fwrite(text.data(), 1, text.size(), stderr);
+  std::clearerr(stderr);
+}
+
 constexpr auto kFirstLineAfter = std::chrono::seconds(2);
 constexpr auto kLineEvery = std::chrono::seconds(5);
 constexpr auto kDrawEvery = std::chrono::milliseconds(100);
@@ -29,20 +36,20 @@ void Console::result(std::string_view text) const {
 }
 
 void Console::say(std::string_view line) const {
-  if (verbosity >= 0) fmt::print(stderr, "{}\n", line);
+  if (verbosity >= 0) print_error(fmt::format("{}\n", line));
 }
 
 void Console::detail(std::string_view line) const {
-  if (verbosity >= 1) fmt::print(stderr, "{}\n", line);
+  if (verbosity >= 1) print_error(fmt::format("{}\n", line));
 }
 
 void Console::warn(std::string_view line) const {
-  if (verbosity >= 0) fmt::print(stderr, "{} {}\n", marked("warning:", kYellow), line);
+  if (verbosity >= 0) print_error(fmt::format("{} {}\n", marked("warning:", kYellow), line));
 }
 
 void Console::error(std::string_view message, std::string_view hint) const {
-  fmt::print(stderr, "{} {}\n", marked("gonio:", kRed), message);
-  if (!hint.empty() && verbosity >= 0) fmt::print(stderr, "  {}\n", hint);
+  print_error(fmt::format("{} {}\n", marked("gonio:", kRed), message));
+  if (!hint.empty() && verbosity >= 0) print_error(fmt::format("  {}\n", hint));
 }
 
 std::string Console::marked(std::string_view word, std::string_view colour) const {
@@ -56,7 +63,7 @@ Progress::Progress(const Console& console, std::string label)
 }
 
 Progress::~Progress() {
-  if (drawn_) fmt::print(stderr, "\r\033[K");
+  if (drawn_) print_error(fmt::format("\r\033[K"));
 }
 
 void Progress::update(double fraction, std::string_view text) {
@@ -75,13 +82,13 @@ void Progress::update(double fraction, std::string_view text, double remaining_s
   if (console_.error_is_terminal()) {
     constexpr int kWidth = 24;
     const int full = static_cast<int>(std::lround(fraction * kWidth));
-    fmt::print(stderr, "\r\033[K{} [{}{}] {:3.0f} %{}{}", label_, std::string(full, '#'),
-               std::string(kWidth - full, '.'), 100.0 * fraction, words, left);
+    print_error(fmt::format("\r\033[K{} [{}{}] {:3.0f} %{}{}", label_, std::string(full, '#'),
+               std::string(kWidth - full, '.'), 100.0 * fraction, words, left));
     std::fflush(stderr);
     drawn_ = true;
     next_ = now + kDrawEvery;
   } else {
-    fmt::print(stderr, "{}: {:.0f} %{}{}\n", label_, 100.0 * fraction, words, left);
+    print_error(fmt::format("{}: {:.0f} %{}{}\n", label_, 100.0 * fraction, words, left));
     next_ = now + kLineEvery;
   }
 }
