@@ -24,7 +24,10 @@ struct ReconstructOptions {
   /// A fixed eta = m sigma^2 for every sample; empty: from the samples' own sigma, plus
   /// `model_eta` for what the basis cannot express.
   std::optional<double> eta;
-  double model_eta = 0.3;
+  /// m times the variance of what the basis cannot express (nepers^2), per sample. 1 is best or
+  /// equal for points and for patches of nine (45 held-out MERL materials, ten chosen poses, 3 %
+  /// noise): 35.7 and 37.3 dB, against 35.7 and 37.2 at 0.3, 35.4 and 37.2 at 3.
+  double model_eta = 1.0;
   int relinearisations = 3;  ///< rounds for dark samples (f w + eps near or below 0) and slopes
 };
 
