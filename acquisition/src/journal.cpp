@@ -139,6 +139,8 @@ Journal Journal::open(const std::filesystem::path& path) {
   return journal;
 }
 
+void Journal::close_log() { run("PRAGMA journal_mode = DELETE;"); }
+
 void Journal::append(std::string_view table, const std::vector<std::string>& values) {
   const std::vector<std::string>& columns = columns_of(table);
   if (values.size() != columns.size()) {

@@ -87,6 +87,12 @@ class RowFields {
   std::size_t next_ = 0;
 };
 
+/// What is wrong with a frame's file against its journal entry; empty when nothing is.
+std::string fault_of(const std::filesystem::path& path, const std::string& sha256) {
+  if (!std::filesystem::is_regular_file(path)) return "is missing";
+  return files::sha256_of_file(path) == sha256 ? "" : "does not have its checksum";
+}
+
 devices::Frame shape_of(RowFields& fields) {
   devices::Frame shape;
   shape.width_px = fields.number<int>();
@@ -206,13 +212,20 @@ void SessionWriter::note(std::chrono::nanoseconds at, const std::string& kind,
 
 void SessionWriter::finish(std::chrono::nanoseconds at) {
   state_->journal.append("finished", {fmt::format("{}", at.count())});
+  state_->journal.close_log();
 }
 
 SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(folder) {
   const std::filesystem::path path = folder / kJournalName;
   const Journal journal = Journal::open(path);
   const auto each_intact = [&](std::string_view table, auto&& read) {
+    std::int64_t expected = 1;
     for (const Journal::Row& row : journal.rows(table)) {
+      if (row.number != expected) {
+        damage_.push_back(
+            fmt::format("{} rows {} to {} are missing", table, expected, row.number - 1));
+      }
+      expected = row.number + 1;
       if (!row.intact) {
         damage_.push_back(
             fmt::format("{} row {}: checksum does not fit, left out", table, row.number));
@@ -233,8 +246,8 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
   each_intact("frames", [&](RowFields& fields, const Journal::Row& row) {
     FrameRecord record = frame_record(fields, row.number);
     shapes_[record.id] = shape_of(fields);
-    if (!std::filesystem::is_regular_file(folder_ / record.file)) {
-      damage_.push_back(fmt::format("frame {}: {} is missing, left out", record.id, record.file));
+    if (const std::string fault = fault_of(folder_ / record.file, record.sha256); !fault.empty()) {
+      damage_.push_back(fmt::format("frame {}: {} {}, left out", record.id, record.file, fault));
       return;
     }
     frames_.push_back(std::move(record));

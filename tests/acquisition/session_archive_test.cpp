@@ -131,7 +131,7 @@ TEST_F(SessionArchive, ReportsAFrameFileThatIsGone) {
   EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("000002.tiff")));
 }
 
-TEST_F(SessionArchive, RefusesPixelsThatChanged) {
+TEST_F(SessionArchive, LeavesOutPixelsThatChanged) {
   write_two_frames();
   {
     std::fstream file(folder_ / "frames/000001.tiff",
@@ -140,8 +140,26 @@ TEST_F(SessionArchive, RefusesPixelsThatChanged) {
     file.put('x');
   }
   const SessionReader reader(folder_);
-  EXPECT_THROW(reader.read_frame(reader.frames()[0]), DataFormatError);
-  EXPECT_NO_THROW(reader.read_frame(reader.frames()[1]));
+  ASSERT_EQ(reader.frames().size(), 1U);
+  EXPECT_EQ(reader.frames()[0].id, 2);
+  EXPECT_NO_THROW(reader.read_frame(reader.frames()[0]));
+  EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("000001.tiff does not have its checksum")));
+}
+
+TEST_F(SessionArchive, NoticesARowThatWasTakenOut) {
+  write_two_frames();
+  run_sql(folder_, "DROP TRIGGER frames_no_DELETE; DELETE FROM frames WHERE number = 1;");
+  EXPECT_THAT(SessionReader(folder_).damage(), ElementsAre(HasSubstr("frames rows 1 to 1")));
+}
+
+TEST_F(SessionArchive, CanBeReadWhereNothingMayBeWritten) {
+  write_two_frames();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "session.sqlite-wal"));
+  std::filesystem::permissions(folder_ / "session.sqlite", std::filesystem::perms::owner_read);
+  std::filesystem::permissions(
+      folder_, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_EQ(SessionReader(folder_).frames().size(), 2U);
+  std::filesystem::permissions(folder_, std::filesystem::perms::owner_all);
 }
 
 TEST_F(SessionArchive, RefusesWhatIsNoJournal) {

@@ -39,7 +39,8 @@ int compare(Context& context, const Options& options) {
   const quality::Comparison comparison =
       blame(options.found, [&] { return quality::compare(truth, found); });
   if (options.json) {
-    context.console.result(to_json(comparison).dump(2) + "\n");
+    context.console.result(
+        to_json(comparison).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     return kSuccess;
   }
   const quality::LatticeError& lattice = comparison.lattice;

@@ -50,7 +50,8 @@ struct MaterialResult {
 class Demo {
  public:
   Demo(Context& context, const Options& options, const std::filesystem::path& folder)
-      : console_(context.console),
+      : context_(context),
+        console_(context.console),
         options_(options),
         folder_(folder),
         rig_(default_rig_file()),
@@ -63,6 +64,7 @@ class Demo {
     Progress progress(console_, "tabulating materials");
     const auto& all = brdf::builtin_materials();
     for (std::size_t i = 0; i < all.size(); ++i) {
+      context_.check_stop();
       set_.add({all[i].name, all[i].family, ""}, *all[i].model);
       progress.update(static_cast<double>(i + 1) / static_cast<double>(all.size()));
     }
@@ -83,6 +85,7 @@ class Demo {
       const PhaseTimer timer(console_, "writing the basis");
       basis::write_basis(folder / "basis.h5", basis);
     }
+    context_.check_stop();
     const DesignedDirections chosen =
         choose_directions(console_, basis, &inverse_, {options_.samples, false, options_.seed});
     const StoredSession session = measure(material, chosen, folder);
@@ -117,7 +120,8 @@ class Demo {
     files::write_text_file(folder / "plan.csv", session.plan_text);
     {
       const PhaseTimer timer(console_, "simulated session");
-      const acquisition::SessionResult result = run_simulated(console_, session);
+      const acquisition::SessionResult result = run_simulated(console_, session, context_.stop);
+      context_.check_stop();
       for (const std::string& warning : result.warnings) console_.warn(warning);
       console_.detail(fmt::format("  {} of {} directions in {} of session time", result.measured,
                                   session.plan.points.size(), duration_text(result.duration_s)));
@@ -166,7 +170,7 @@ class Demo {
       record["material"] = material.name;
       record["basis"] = basis_record(basis);
       brdf::write_merl(folder / "reconstruction.binary", *result.ours.table, files::Overwrite::No,
-                       record.dump());
+                       record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
       render::SheetOptions sheet;
       sheet.reference_name = material.name;
       sheet.result_name = fmt::format("from {} directions", options_.samples);
@@ -175,14 +179,17 @@ class Demo {
           render::comparison_sheet(*material.model, brdf::TableBrdf(*result.ours.table),
                                    brdf::RadiometricScale::si, sheet));
     }
+    context_.check_stop();
     const PhaseTimer timer(console_, "writing the report");
     report::ReportData data = session_report(session);
     data.material = material.name;
     data.truth = truth;
+    std::string description = material.description;
+    if (description[0] >= 'a' && description[0] <= 'z') description[0] -= 'a' - 'A';
     data.summary = fmt::format(
         "{}. Measured in {} directions on a simulated rig with sensor noise and a tilted sample; "
         "no {} was in the training data.",
-        material.description, session.archive.points().size(), material.family);
+        description, session.archive.points().size(), material.family);
     data.samples = fitted_samples(patches.samples, result.ours.fit);
     for (const std::string& warning : patches.warnings) data.warnings.push_back(warning);
     data.checks = self_checks(*result.ours.table, &result.ours.fit);
@@ -197,6 +204,7 @@ class Demo {
     return result;
   }
 
+  const Context& context_;
   const Console& console_;
   const Options& options_;
   std::filesystem::path folder_;

@@ -120,7 +120,9 @@ int evaluate(Context& context, const Options& options) {
       [&](const quality::EvaluateProgress& now) {
         progress.update(static_cast<double>(now.done) / static_cast<double>(now.total),
                         fmt::format("fold {} of {}", now.fold + 1, now.folds));
-      });
+      },
+      context.stop);
+  if (!results) throw Interrupted();
   if (options.json) {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const quality::ContenderResult& result : *results) {
@@ -144,7 +146,8 @@ int evaluate(Context& context, const Options& options) {
                       {"mean_delta_e_a", summary_json(result.mean_delta_e())},
                       {"materials", materials}});
     }
-    context.console.result(list.dump(2) + "\n");
+    context.console.result(list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                           "\n");
     return kSuccess;
   }
   std::string text =

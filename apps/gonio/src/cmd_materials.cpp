@@ -29,7 +29,8 @@ int list(Context& context, const ListOptions& options) {
                            {"description", material.description},
                            {"source", material.source}});
     }
-    context.console.result(materials.dump(2) + "\n");
+    context.console.result(materials.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                           "\n");
     return kSuccess;
   }
   std::string text;
@@ -59,6 +60,7 @@ int make(Context& context, const MakeOptions& options) {
   files::AtomicFolder folder(options.folder, overwrite(options.force));
   Progress progress(context.console, "writing materials");
   for (std::size_t i = 0; i < chosen.size(); ++i) {
+    context.check_stop();
     const brdf::BuiltinMaterial& material = *chosen[i];
     nlohmann::ordered_json record = provenance("materials make");
     record["material"] = material.name;
@@ -66,7 +68,8 @@ int make(Context& context, const MakeOptions& options) {
     record["source"] = material.source;
     brdf::write_merl(folder.path() / (material.name + ".binary"),
                      brdf::tabulate(*material.model, brdf::RadiometricScale::si),
-                     files::Overwrite::No, record.dump());
+                     files::Overwrite::No,
+                     record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
     progress.update(static_cast<double>(i + 1) / static_cast<double>(chosen.size()), material.name);
   }
   folder.commit();
@@ -115,7 +118,8 @@ int verify(Context& context, const VerifyOptions& options) {
   if (options.json) {
     const nlohmann::ordered_json result = {
         {"intact", intact}, {"wrong", wrong}, {"missing", missing}, {"unknown", unknown}};
-    context.console.result(result.dump(2) + "\n");
+    context.console.result(result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                           "\n");
   } else {
     std::string text;
     for (const std::string& name : wrong) text += fmt::format("{}.binary: wrong SHA-256\n", name);

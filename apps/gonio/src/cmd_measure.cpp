@@ -8,7 +8,6 @@
 #include "planning.h"
 #include "session_run.h"
 #include "simulated_rig.h"
-#include "stop_signals.h"
 
 namespace gonio::cli {
 namespace {
@@ -78,16 +77,15 @@ int measure(Context& context, const Options& options) {
                             duration_text(session.plan.duration_s)));
     return kSuccess;
   }
-  const StopSignals signals;
-  const acquisition::SessionResult result = run_simulated(console, session, signals.token());
+  const acquisition::SessionResult result = run_simulated(console, session, context.stop);
   for (const std::string& warning : result.warnings) console.warn(warning);
   console.say(fmt::format("{}: {} of {} directions in {} of session time", options.out,
                           result.measured, session.plan.points.size(),
                           duration_text(result.duration_s)));
   if (result.complete) return kSuccess;
   console.error(fmt::format("{}: {} after {} of {} directions", options.out,
-                            signals.asked() ? "stopped" : "incomplete", result.measured,
-                            session.plan.points.size()),
+                            context.stop.stop_requested() ? "stopped" : "incomplete",
+                            result.measured, session.plan.points.size()),
                 "what was measured is in the archive and can be reduced once it has a white");
   return kIncompleteSession;
 }

@@ -4,6 +4,7 @@
 #include "directions_input.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/design/published_sets.h"
+#include "outputs.h"
 #include "plan_file.h"
 #include "planning.h"
 #include "provenance.h"
@@ -66,7 +67,7 @@ int plan(Context& context, const Options& options) {
     throw UsageError("give either --samples with --basis to choose directions, or --directions");
   }
   if (!from_list && options.basis.empty()) throw UsageError("--samples needs --basis");
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.basis, options.directions, options.rig});
 
   std::optional<RigFile> rig;
   std::optional<rig::Inverse> inverse;

@@ -7,6 +7,7 @@
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
 #include "gonio/brdf/merl_file.h"
+#include "outputs.h"
 #include "provenance.h"
 #include "samples_input.h"
 #include "session_run.h"
@@ -52,7 +53,7 @@ struct Options {
 
 int reconstruct(Context& context, const Options& options) {
   const basis::ReconstructOptions how = reconstruct_options(options.method, options.eta);
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.input, options.basis});
   const samples::SampleSet samples = samples_input(context.console, options.input);
   const basis::Basis basis = [&] {
     const PhaseTimer timer(context.console, "reading the basis");
@@ -81,7 +82,8 @@ int reconstruct(Context& context, const Options& options) {
   record["eta"] = options.eta;
   record["chi2_per_sample"] = fit.chi2_per_sample;
   record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
-  brdf::write_merl(options.out, table, overwrite(options.force), record.dump());
+  brdf::write_merl(options.out, table, overwrite(options.force),
+                   record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2f}, innovation {:.2f}",
                                   options.out, samples.samples.size(), fit.chi2_per_sample,
                                   fit.innovation_chi2_per_sample));

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "command.h"
+#include "outputs.h"
 #include "session_run.h"
 
 namespace gonio::cli {
@@ -15,7 +16,7 @@ struct Options {
 };
 
 int reduce(Context& context, const Options& options) {
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.calibration});
   const StoredSession session = open_session(options.session, options.calibration);
   acquisition::ReductionOptions how = session.rig.reduction;
   if (options.grid > 0) how.grid = options.grid;

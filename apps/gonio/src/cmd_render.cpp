@@ -2,6 +2,7 @@
 #include "gonio/render/comparison_sheet.h"
 #include "gonio/render/png.h"
 #include "materials_input.h"
+#include "outputs.h"
 
 namespace gonio::cli {
 namespace {
@@ -15,7 +16,7 @@ struct Options {
 };
 
 int render_sheet(Context& context, const Options& options) {
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.material, options.reference});
   const NamedMaterial named = named_material(options.material);
   const SampleMaterial material = load_sample(named);
   render::SheetOptions sheet;

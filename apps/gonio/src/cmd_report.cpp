@@ -4,6 +4,7 @@
 #include "gonio/basis/basis_file.h"
 #include "gonio/basis/dense_field.h"
 #include "materials_input.h"
+#include "outputs.h"
 #include "report_data.h"
 
 namespace gonio::cli {
@@ -22,7 +23,7 @@ int make_report(Context& context, const Options& options) {
   if (options.basis.empty() == options.brdf.empty()) {
     throw UsageError("give either --basis to reconstruct the session, or --brdf with its result");
   }
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.basis, options.brdf, options.reference});
   const StoredSession session = open_session(options.session);
   const acquisition::Reduction reduction = reduce_session(session, session.rig.reduction);
   report::ReportData data = session_report(session);
@@ -32,6 +33,11 @@ int make_report(Context& context, const Options& options) {
   std::optional<basis::Fit> fit;
   if (!options.brdf.empty()) {
     method.table = std::make_shared<brdf::BrdfTable>(load_table(named_material(options.brdf)));
+    if (method.table->scale() != reduction.samples.scale) {
+      throw UsageError(fmt::format("{}: found radiometric scale {}, the session's values are {}",
+                                   options.brdf, brdf::to_string(method.table->scale()),
+                                   brdf::to_string(reduction.samples.scale)));
+    }
     data.samples = fitted_samples(reduction.samples, *method.table);
   } else {
     const basis::Basis basis = basis::read_basis(options.basis);

@@ -61,7 +61,8 @@ int check(Context& context, const CheckOptions& options) {
                                            {"reachable_cells", reach.reachable_cells},
                                            {"refused_cells", refused},
                                            {"published_ten_reached", published_reached}};
-    context.console.result(result.dump(2) + "\n");
+    context.console.result(result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                           "\n");
     return kSuccess;
   }
   std::string text = fmt::format("rig             {} ({})\n", known.rig.name,

@@ -4,6 +4,7 @@
 #include "directions_input.h"
 #include "gonio/quality/synthetic_samples.h"
 #include "materials_input.h"
+#include "outputs.h"
 #include "patch_geometry.h"
 
 namespace gonio::cli {
@@ -31,7 +32,7 @@ struct Options {
 };
 
 int sample(Context& context, const Options& options) {
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.material, options.directions, options.rig});
   std::vector<brdf::HalfDiff> directions;
   for (const samples::Direction& each :
        directions_input(options.directions, samples::BelowHorizon::Refuse)) {

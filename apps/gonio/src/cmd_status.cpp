@@ -34,7 +34,8 @@ int status(Context& context, const Options& options) {
     const nlohmann::ordered_json result = {
         {"state", state},   {"points", archive.points().size()}, {"measured", measured},
         {"frames", frames}, {"damage", archive.damage()},        {"metadata", archive.metadata()}};
-    context.console.result(result.dump(2) + "\n");
+    context.console.result(result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                           "\n");
   } else {
     std::string text = fmt::format("state            {}\n", state);
     text += fmt::format("points           {}, {} measured\n", archive.points().size(), measured);

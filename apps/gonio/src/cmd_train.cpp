@@ -26,10 +26,12 @@ int train(Context& context, const Options& options) {
     const PhaseTimer timer(context.console, "reading materials");
     return load_training_set(input);
   }();
+  context.check_stop();
   const basis::Basis basis = [&] {
     const PhaseTimer timer(context.console, "training");
     return basis::train(set, basis::centred_gram(set), options.components);
   }();
+  context.check_stop();
   {
     const PhaseTimer timer(context.console, "writing the basis");
     basis::write_basis(options.out, basis, overwrite(options.force));

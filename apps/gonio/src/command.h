@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,14 @@ struct Context {
   bool verbose = false;
   unsigned threads = 0;         ///< 0: one per processor
   std::function<int()> action;  ///< what the command line asked for; set by parsing
+  /// Requested by SIGINT or SIGTERM. Commands look at it between their steps, so that they unwind
+  /// and nothing half-written stays behind, not even under a hidden name.
+  std::stop_token stop;
+
+  /// Throws Interrupted when a stop was asked for.
+  void check_stop() const {
+    if (stop.stop_requested()) throw Interrupted();
+  }
 };
 
 enum class Need { optional, required };

@@ -6,6 +6,7 @@
 #include "command.h"
 #include "gonio/parallel/parallel.h"
 #include "gonio/version/version.h"
+#include "stop_signals.h"
 #include "suggest.h"
 
 namespace gonio::cli {
@@ -181,6 +182,8 @@ int run_command_line(int argc, char** argv) {
   context.console.verbosity = context.quiet ? -1 : (context.verbose ? 1 : 0);
   try {
     parallel::set_thread_count(context.threads);
+    const StopSignals signals;
+    context.stop = signals.token();
     return context.action();
   } catch (const std::exception& error) {
     const Failure failure = describe(error);

@@ -83,7 +83,7 @@ void Progress::update(double fraction, std::string_view text, double remaining_s
     constexpr int kWidth = 24;
     const int full = static_cast<int>(std::lround(fraction * kWidth));
     print_error(fmt::format("\r\033[K{} [{}{}] {:3.0f} %{}{}", label_, std::string(full, '#'),
-               std::string(kWidth - full, '.'), 100.0 * fraction, words, left));
+                            std::string(kWidth - full, '.'), 100.0 * fraction, words, left));
     std::fflush(stderr);
     drawn_ = true;
     next_ = now + kDrawEvery;

@@ -29,6 +29,12 @@ class UsageError : public std::runtime_error {
   std::string hint_;
 };
 
+/// The user asked to stop; what was begun has been taken back.
+class Interrupted : public std::runtime_error {
+ public:
+  Interrupted() : std::runtime_error("interrupted; nothing was written") {}
+};
+
 struct Failure {
   ExitCode code = kFailure;
   std::string message;  ///< one line

@@ -107,8 +107,8 @@ acquisition::SessionResult run_simulated(const Console& console, const Simulated
          {kCalibrationText, calibration}});
     return acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
                                     archive, show, std::move(stop));
-  } catch (const std::invalid_argument& error) {
-    // The check before the first move: nothing was measured, so there is nothing to keep.
+  } catch (const acquisition::PreflightError& error) {
+    // Nothing was measured, so there is nothing to keep.
     std::filesystem::remove_all(session.archive);
     throw UsageError(error.what());
   }

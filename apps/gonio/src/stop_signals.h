@@ -5,7 +5,8 @@
 
 namespace gonio::cli {
 
-/// While one of these lives, SIGINT and SIGTERM ask for a stop instead of ending the program.
+/// While one of these lives, the first SIGINT or SIGTERM asks for a stop instead of ending the
+/// program; the next one of the same kind ends it.
 ///
 /// Threads  One at a time in a program.
 class StopSignals {
@@ -16,7 +17,6 @@ class StopSignals {
   StopSignals& operator=(const StopSignals&) = delete;
 
   std::stop_token token() const { return source_.get_token(); }
-  bool asked() const { return source_.stop_requested(); }
 
  private:
   std::stop_source source_;

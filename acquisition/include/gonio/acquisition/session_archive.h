@@ -95,8 +95,8 @@ struct SessionNote {
   std::string text;
 };
 
-/// Reads an archive, also that of a killed run: rows whose checksum fails or whose frame is missing
-/// are left out and reported in `damage`.
+/// Reads an archive, also that of a killed run: rows whose checksum fails or whose frame file is
+/// missing or altered are left out, and they and missing rows are reported in `damage`.
 class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& folder);

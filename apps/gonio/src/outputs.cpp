@@ -1,0 +1,31 @@
+#include "outputs.h"
+
+#include <filesystem>
+
+#include "failures.h"
+#include "gonio/files/atomic_file.h"
+
+namespace gonio::cli {
+
+void require_output(const std::string& out, bool force, std::initializer_list<std::string> inputs) {
+  std::error_code ignored;  // what does not exist is no input
+  for (const std::string& input : inputs) {
+    if (input.empty()) continue;
+    if (std::filesystem::equivalent(out, input, ignored)) {
+      throw UsageError(out + ": is an input of this command and would be lost",
+                       "give another name to --out");
+    }
+  }
+  const std::filesystem::path folder =
+      std::filesystem::weakly_canonical(out, ignored).parent_path();
+  for (auto at = folder; at.has_relative_path(); at = at.parent_path()) {
+    if (std::filesystem::exists(at / "session.sqlite", ignored)) {
+      throw UsageError(out + ": lies inside the session archive " + at.string() +
+                           ", where only a session writes",
+                       "give a place outside of it to --out");
+    }
+  }
+  files::require_creatable(out, force ? files::Overwrite::Yes : files::Overwrite::No);
+}
+
+}  // namespace gonio::cli

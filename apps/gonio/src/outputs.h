@@ -1,0 +1,13 @@
+#pragma once
+
+#include <initializer_list>
+#include <string>
+
+namespace gonio::cli {
+
+/// Before long work: `out` can be created, and writing it takes none of the inputs away, neither by
+/// being one of them nor by lying inside a session archive that is one.
+/// Throws UsageError or FileError. Empty input names are skipped.
+void require_output(const std::string& out, bool force, std::initializer_list<std::string> inputs);
+
+}  // namespace gonio::cli
