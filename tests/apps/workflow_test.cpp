@@ -185,6 +185,16 @@ TEST_F(Workflow, EndsCleanlyWhenInterrupted) {
   run({"reduce", "session", "--out", "samples.csv"});
 }
 
+TEST_F(Workflow, TakesBackWhatItBeganWhenInterrupted) {
+  GonioProcess demo({"demo", "--out", "demo"}, folder.path());
+  ASSERT_TRUE(demo.wait_for("directions"));
+  demo.send(SIGTERM);
+  const Ended ended = demo.wait();
+  EXPECT_EQ(ended.exit_code, 1) << ended.error;
+  EXPECT_THAT(ended.error, HasSubstr("interrupted"));
+  EXPECT_THAT(folder.names(), testing::ElementsAre("list.csv", "rig.toml"));
+}
+
 TEST_F(Workflow, AsksNobodyWithYesAndGivesUpWithoutAPerson) {
   folder.write("rig.toml", kSmallRig + "[white]\nplacement = \"manual\"\n");
   run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--out",
