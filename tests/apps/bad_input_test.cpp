@@ -146,8 +146,10 @@ TEST_F(BadInput, NamesTheRowOfBadSamples) {
   folder.write("good.csv",
                "# radiometric_scale = si\n" + std::string(kSampleHeader) + "10,20,30,1,2,3\n");
   refused({"reconstruct", "good.csv", "--basis", "good.csv", "--out", "x.binary"}, {"good.csv"});
-  refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "good.csv"},
-          {"good.csv", "it exists"});
+  refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "good.csv", "--force"},
+          {"good.csv", "is an input of this command"});
+  refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "merl.csv"},
+          {"merl.csv", "it exists"});
   refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "no/such/x.binary"},
           {"no/such/x.binary"});
   refused({"reconstruct", "good.csv", "--basis", "basis.h5", "--out", "x.binary", "--eta", "-3"},

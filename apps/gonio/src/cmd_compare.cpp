@@ -5,6 +5,7 @@
 
 #include "command.h"
 #include "comparison_json.h"
+#include "json_text.h"
 #include "materials_input.h"
 
 namespace gonio::cli {
@@ -39,8 +40,7 @@ int compare(Context& context, const Options& options) {
   const quality::Comparison comparison =
       blame(options.found, [&] { return quality::compare(truth, found); });
   if (options.json) {
-    context.console.result(
-        to_json(comparison).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    context.console.result(json_text(to_json(comparison)));
     return kSuccess;
   }
   const quality::LatticeError& lattice = comparison.lattice;

@@ -11,6 +11,7 @@
 #include "gonio/files/atomic_folder.h"
 #include "gonio/render/comparison_sheet.h"
 #include "gonio/render/png.h"
+#include "json_text.h"
 #include "plan_file.h"
 #include "planning.h"
 #include "provenance.h"
@@ -170,7 +171,7 @@ class Demo {
       record["material"] = material.name;
       record["basis"] = basis_record(basis);
       brdf::write_merl(folder / "reconstruction.binary", *result.ours.table, files::Overwrite::No,
-                       record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+                       json_line(record));
       render::SheetOptions sheet;
       sheet.reference_name = material.name;
       sheet.result_name = fmt::format("from {} directions", options_.samples);

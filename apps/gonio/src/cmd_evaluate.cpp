@@ -9,6 +9,7 @@
 #include "gonio/quality/evaluate.h"
 #include "gonio/rig/kinematics.h"
 #include "gonio/samples/csv.h"
+#include "json_text.h"
 #include "materials_input.h"
 #include "planning.h"
 
@@ -146,8 +147,7 @@ int evaluate(Context& context, const Options& options) {
                       {"mean_delta_e_a", summary_json(result.mean_delta_e())},
                       {"materials", materials}});
     }
-    context.console.result(list.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-                           "\n");
+    context.console.result(json_text(list));
     return kSuccess;
   }
   std::string text =

@@ -9,6 +9,7 @@
 #include "gonio/brdf/merl_file.h"
 #include "gonio/files/atomic_folder.h"
 #include "gonio/files/sha256.h"
+#include "json_text.h"
 #include "materials_input.h"
 #include "merl_sums.h"
 #include "provenance.h"
@@ -29,8 +30,7 @@ int list(Context& context, const ListOptions& options) {
                            {"description", material.description},
                            {"source", material.source}});
     }
-    context.console.result(materials.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-                           "\n");
+    context.console.result(json_text(materials));
     return kSuccess;
   }
   std::string text;
@@ -68,8 +68,7 @@ int make(Context& context, const MakeOptions& options) {
     record["source"] = material.source;
     brdf::write_merl(folder.path() / (material.name + ".binary"),
                      brdf::tabulate(*material.model, brdf::RadiometricScale::si),
-                     files::Overwrite::No,
-                     record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+                     files::Overwrite::No, json_line(record));
     progress.update(static_cast<double>(i + 1) / static_cast<double>(chosen.size()), material.name);
   }
   folder.commit();
@@ -118,8 +117,7 @@ int verify(Context& context, const VerifyOptions& options) {
   if (options.json) {
     const nlohmann::ordered_json result = {
         {"intact", intact}, {"wrong", wrong}, {"missing", missing}, {"unknown", unknown}};
-    context.console.result(result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-                           "\n");
+    context.console.result(json_text(result));
   } else {
     std::string text;
     for (const std::string& name : wrong) text += fmt::format("{}.binary: wrong SHA-256\n", name);

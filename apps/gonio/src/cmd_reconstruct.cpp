@@ -7,6 +7,7 @@
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
 #include "gonio/brdf/merl_file.h"
+#include "json_text.h"
 #include "outputs.h"
 #include "provenance.h"
 #include "samples_input.h"
@@ -82,8 +83,7 @@ int reconstruct(Context& context, const Options& options) {
   record["eta"] = options.eta;
   record["chi2_per_sample"] = fit.chi2_per_sample;
   record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
-  brdf::write_merl(options.out, table, overwrite(options.force),
-                   record.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  brdf::write_merl(options.out, table, overwrite(options.force), json_line(record));
   context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2f}, innovation {:.2f}",
                                   options.out, samples.samples.size(), fit.chi2_per_sample,
                                   fit.innovation_chi2_per_sample));

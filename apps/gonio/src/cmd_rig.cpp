@@ -5,6 +5,7 @@
 #include "command.h"
 #include "gonio/design/published_sets.h"
 #include "gonio/rig/reach.h"
+#include "json_text.h"
 #include "simulated_rig.h"
 
 namespace gonio::cli {
@@ -61,8 +62,7 @@ int check(Context& context, const CheckOptions& options) {
                                            {"reachable_cells", reach.reachable_cells},
                                            {"refused_cells", refused},
                                            {"published_ten_reached", published_reached}};
-    context.console.result(result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-                           "\n");
+    context.console.result(json_text(result));
     return kSuccess;
   }
   std::string text = fmt::format("rig             {} ({})\n", known.rig.name,

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "json_text.h"
 #include "planning.h"
 #include "session_run.h"
 
@@ -34,8 +35,7 @@ int status(Context& context, const Options& options) {
     const nlohmann::ordered_json result = {
         {"state", state},   {"points", archive.points().size()}, {"measured", measured},
         {"frames", frames}, {"damage", archive.damage()},        {"metadata", archive.metadata()}};
-    context.console.result(result.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-                           "\n");
+    context.console.result(json_text(result));
   } else {
     std::string text = fmt::format("state            {}\n", state);
     text += fmt::format("points           {}, {} measured\n", archive.points().size(), measured);
