@@ -157,6 +157,19 @@ TEST_F(Workflow, DescribesTheReferenceRigAlsoAsChains) {
   EXPECT_EQ(chains["published_ten_reached"], 10);
 }
 
+TEST_F(Workflow, TakesInstrumentConstantsFromACalibrationFile) {
+  folder.write("calibration.json", run({"rig", "example", "--type", "calibration"}).out);
+  folder.write("calibrated.toml", "[rig]\ncalibration = \"calibration.json\"\n");
+  EXPECT_THAT(run({"rig", "check", "calibrated.toml"}).out, HasSubstr("nominal constants"));
+  // Constants of another camera than the one that is there: refused before anything moves.
+  const Ended refused =
+      run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma",
+           "--calibration", "calibration.json", "--out", "session"},
+          2);
+  EXPECT_THAT(refused.error, HasSubstr("calibration is for 320 x 256 px"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "session"));
+}
+
 TEST_F(Workflow, LeavesOutUnreachableDirectionsWhenTold) {
   folder.write("list.csv", kList + "1,1,0\n");
   const Ended ended = run({"measure", "rig.toml", "--plan", "list.csv", "--material",

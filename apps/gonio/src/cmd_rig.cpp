@@ -4,6 +4,7 @@
 
 #include "command.h"
 #include "gonio/design/published_sets.h"
+#include "gonio/instrument/calibration_file.h"
 #include "gonio/rig/reach.h"
 #include "json_text.h"
 #include "simulated_rig.h"
@@ -87,6 +88,10 @@ int check(Context& context, const CheckOptions& options) {
 
 int example(Context& context, const ExampleOptions& options) {
   RigFile file = default_rig_file();
+  if (options.type == "calibration") {
+    context.console.result(instrument::to_json(nominal_instrument(file)));
+    return kSuccess;
+  }
   if (options.type == "chains") file.kind = RigFile::Kind::chains;
   context.console.result(
       "# A rig file for gonio. Every key is optional and stands here with its default; unknown "
@@ -112,8 +117,9 @@ void add_rig(const Command& root) {
   const Command example_command =
       rig.add("example", "Print a commented rig file", "gonio rig example > rig.toml");
   auto example_options = std::make_shared<ExampleOptions>();
-  example_command.choice("--type", example_options->type, {"la2", "chains"},
-                         "The short form, or the same rig spelled out as serial chains");
+  example_command.choice(
+      "--type", example_options->type, {"la2", "chains", "calibration"},
+      "The short form, the same rig as serial chains, or its nominal constants (JSON)");
   example_command.on_call(example_options, example);
 }
 

@@ -28,7 +28,6 @@ struct PointTimes {
 void add_poses_and_timing(const StoredSession& session, report::ReportData& data) {
   const acquisition::SessionReader& archive = session.archive;
   std::map<int, PointTimes> times;
-  double white_s = 0.0;
   double last_s = 0.0;
   double exposure_s = 0.0;
   double opening_s = 0.0;  // the end of the last white before the first point
@@ -36,7 +35,6 @@ void add_poses_and_timing(const StoredSession& session, report::ReportData& data
     const double start = seconds(frame.exposure_start);
     last_s = std::max(last_s, start + seconds(frame.exposure));
     if (frame.point < 0) {
-      white_s += seconds(frame.exposure);
       if (times.empty()) opening_s = start + seconds(frame.exposure);
       continue;
     }
