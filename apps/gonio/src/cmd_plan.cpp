@@ -108,17 +108,18 @@ int plan(Context& context, const Options& options) {
     context.console.say(fmt::format("{}: {} directions", options.out, angles.size()));
     return kSuccess;
   }
-  const acquisition::MeasurementPlan poses = plan_poses(*rig, *inverse, directions, options.seed);
+  acquisition::MeasurementPlan poses = plan_poses(*rig, *inverse, directions, options.seed);
   refuse_unreachable(context.console, options.directions, poses, options.skip_unreachable);
-  comments.push_back(fmt::format("rig {}, travel {:.1f} s, session about {:.0f} s", rig->rig.name,
-                                 poses.travel_s, poses.duration_s));
   std::vector<double> exposures_us;
   if (basis) {
     const basis::BasisRows rows(*basis);
     for (const auto& point : poses.points) {
       exposures_us.push_back(expected_exposure_us(*rig, rows, point.direction));
     }
+    predict_from_exposures(*rig, exposures_us, poses);
   }
+  comments.push_back(fmt::format("rig {}, travel {:.1f} s, session about {:.0f} s", rig->rig.name,
+                                 poses.travel_s, poses.duration_s));
   files::write_text_file(options.out, plan_text(rig->rig, poses, exposures_us, comments),
                          overwrite(options.force));
   if (options.explain) explain_plan(context, poses);

@@ -86,14 +86,20 @@ namespace {
 
 using Seconds = std::chrono::duration<double>;
 
-/// A bracket takes the first exposure, one or two others, and the readouts; a longer one for the
-/// dimmest spot is the exception.
-double bracket_seconds(const RigFile& rig) {
-  return Seconds(rig.session.first_exposure).count() * (1.0 + rig.session.bracket_ratio) +
+/// A bracket takes a shortest exposure, one or two others, and the readouts; a still longer one for
+/// the dimmest spot is the exception.
+double bracket_seconds(const RigFile& rig, double shortest_s) {
+  return shortest_s * (1.0 + rig.session.bracket_ratio) +
          3.0 * Seconds(rig.world.camera.readout).count();
 }
 
 double channel_count(const RigFile& rig) { return rig.white_light ? 1.0 : 3.0; }
+
+/// The lamp-off frame at the end repeats the longest exposure.
+double point_seconds(const RigFile& rig, double shortest_s) {
+  return channel_count(rig) * bracket_seconds(rig, shortest_s) +
+         shortest_s * rig.session.bracket_ratio + Seconds(rig.world.camera.readout).count();
+}
 
 }  // namespace
 
@@ -101,7 +107,8 @@ double overhead_seconds(const RigFile& rig) {
   const double frame = Seconds(rig.session.first_exposure + rig.world.camera.readout).count();
   const bool changed = rig.session.white != acquisition::WhitePlacement::in_frame;
   const double white =
-      channel_count(rig) * (bracket_seconds(rig) + rig.session.white_frames * frame) +
+      channel_count(rig) * (bracket_seconds(rig, Seconds(rig.session.first_exposure).count()) +
+                            rig.session.white_frames * frame) +
       (changed ? 2.0 * Seconds(rig.world.change_time).count() : 0.0);
   double homing = 0.0;
   for (const rig::Axis& axis : rig.rig.axes) {
@@ -113,11 +120,8 @@ double overhead_seconds(const RigFile& rig) {
 acquisition::MeasurementPlan plan_poses(const RigFile& rig, const rig::Inverse& inverse,
                                         const std::vector<samples::Direction>& directions,
                                         std::uint64_t seed) {
-  // The lamp-off frame repeats the longest exposure.
-  const double lamp_off = Seconds(rig.session.first_exposure).count() * rig.session.bracket_ratio +
-                          Seconds(rig.world.camera.readout).count();
   return acquisition::make_plan(inverse, directions,
-                                channel_count(rig) * bracket_seconds(rig) + lamp_off,
+                                point_seconds(rig, Seconds(rig.session.first_exposure).count()),
                                 overhead_seconds(rig), seed);
 }
 
@@ -139,6 +143,16 @@ double expected_exposure_us(const RigFile& rig, const basis::BasisRows& rows,
   return std::clamp(std::round(first_us / relative),
                     static_cast<double>(rig.world.camera.min_exposure.count()) / 1e3,
                     static_cast<double>(rig.session.max_exposure.count()) / 1e3);
+}
+
+void predict_from_exposures(const RigFile& rig, const std::vector<double>& exposures_us,
+                            acquisition::MeasurementPlan& plan) {
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    acquisition::PlannedPoint& point = plan.points[i];
+    const double before = point.predicted_s;
+    point.predicted_s = point.travel_s + point_seconds(rig, exposures_us[i] * 1e-6);
+    plan.duration_s += point.predicted_s - before;
+  }
 }
 
 }  // namespace gonio::cli

@@ -50,4 +50,8 @@ std::string to_text(const brdf::HalfDiff& direction);
 double expected_exposure_us(const RigFile& rig, const basis::BasisRows& rows,
                             const brdf::HalfDiff& direction);
 
+/// Predicts each point's time from its expected exposure instead of the first one.
+void predict_from_exposures(const RigFile& rig, const std::vector<double>& exposures_us,
+                            acquisition::MeasurementPlan& plan);
+
 }  // namespace gonio::cli
