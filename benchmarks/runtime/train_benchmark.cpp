@@ -106,12 +106,17 @@ const Basis& basis() {
   return trained;
 }
 
-void report(benchmark::State& state, double multiply_adds, double bytes) {
+/// Runs `work` for the benchmark's iterations and sets `of_floor`.
+void measure(benchmark::State& state, double multiply_adds, double bytes,
+             const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (auto _ : state) work();
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
   const double floor =
       std::max(multiply_adds / machine().multiply_adds_per_s, bytes / machine().copied_bytes_per_s);
-  state.counters["of_floor"] =
-      benchmark::Counter(floor * static_cast<double>(state.iterations()),
-                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+  if (floor > 0.0) {
+    state.counters["of_floor"] = time.count() / static_cast<double>(state.iterations()) / floor;
+  }
 }
 
 double cells() { return static_cast<double>(lobes().cells().size()); }
@@ -119,27 +124,27 @@ double rows() { return 3.0 * kMaterials; }
 
 void map_table(benchmark::State& state) {
   const brdf::BrdfTable table = expand(basis(), Eigen::MatrixXd::Zero(1, 3));
-  for (auto _ : state) benchmark::DoNotOptimize(mapped_values(LogMapping{}, table));
-  report(state, 0.0, 3.0 * cells() * (sizeof(double) + sizeof(float)) / 2.0);
+  measure(state, 0.0, 3.0 * cells() * (sizeof(double) + sizeof(float)) / 2.0,
+          [&] { benchmark::DoNotOptimize(mapped_values(LogMapping{}, table)); });
 }
 
 void gram(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(centred_gram(lobes()));
-  report(state, 0.5 * rows() * rows() * cells(), 0.0);
+  measure(state, 0.5 * rows() * rows() * cells(), 0.0,
+          [] { benchmark::DoNotOptimize(centred_gram(lobes())); });
 }
 
 void train_from_gram(benchmark::State& state) {
   const Eigen::MatrixXd matrix = centred_gram(lobes());
-  for (auto _ : state) benchmark::DoNotOptimize(train(lobes(), matrix, kComponents));
-  report(state, rows() * kComponents * cells(), 0.0);
+  measure(state, rows() * kComponents * cells(), 0.0,
+          [&] { benchmark::DoNotOptimize(train(lobes(), matrix, kComponents)); });
 }
 
 void expand_coefficients(benchmark::State& state) {
   const Eigen::MatrixXd c = Eigen::MatrixXd::Constant(basis().component_count(), 3, 0.01);
-  for (auto _ : state) benchmark::DoNotOptimize(expand(basis(), c));
   // Reading Q and writing the table; a copied byte is read and written.
   const double q = cells() * basis().component_count() * sizeof(float);
-  report(state, 0.0, (q + 3.0 * brdf::lattice::kCells * sizeof(double)) / 2.0);
+  measure(state, 0.0, (q + 3.0 * brdf::lattice::kCells * sizeof(double)) / 2.0,
+          [&] { benchmark::DoNotOptimize(expand(basis(), c)); });
 }
 
 void fit_ninety_samples(benchmark::State& state) {
@@ -155,7 +160,7 @@ void fit_ninety_samples(benchmark::State& state) {
     sample.pose = i / 9;
     set.samples.push_back(sample);
   }
-  for (auto _ : state) benchmark::DoNotOptimize(fit(basis(), set));
+  measure(state, 0.0, 0.0, [&] { benchmark::DoNotOptimize(fit(basis(), set)); });
 }
 
 void train_files(benchmark::State& state, const std::filesystem::path& folder) {
@@ -167,14 +172,13 @@ void train_files(benchmark::State& state, const std::filesystem::path& folder) {
             [](const MaterialFile& a, const MaterialFile& b) { return a.path < b.path; });
   const std::filesystem::path out = std::filesystem::temp_directory_path() /
                                     ("gonio_train_benchmark_" + std::to_string(::getpid()));
-  for (auto _ : state) {
+  const double m = 3.0 * static_cast<double>(files.size());
+  measure(state, (0.5 * m * m + m * kDefaultComponents) * cells(), 0.0, [&] {
     TrainingSet set(brdf::read_merl(files.at(0).path).scale());
     set.add_files(files);
     write_basis(out, train(set, centred_gram(set)), files::Overwrite::Yes);
-  }
+  });
   std::filesystem::remove(out);
-  const double m = 3.0 * static_cast<double>(files.size());
-  report(state, (0.5 * m * m + m * kDefaultComponents) * cells(), 0.0);
 }
 
 void register_all() {

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 #if defined(__x86_64__) && defined(__GNUC__)
@@ -72,8 +73,10 @@ GONIO_INLINE void exp_loop(float* values, std::size_t count) {
 }
 
 constexpr std::size_t kLanes = 8;
+/// One register with AVX2, two with SSE2: the same sums in the same order.
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
 
-GONIO_INLINE float sum_of_lanes(const float* lanes) {
+GONIO_INLINE float sum_of_lanes(const Lanes& lanes) {
   return ((lanes[0] + lanes[4]) + (lanes[2] + lanes[6])) +
          ((lanes[1] + lanes[5]) + (lanes[3] + lanes[7]));
 }
@@ -87,16 +90,18 @@ GONIO_INLINE void expand_loop(const float* rows, const float* mean, std::size_t 
   const float* const b = coefficients + 2 * k;
   for (std::size_t i = 0; i < row_count; ++i) {
     const float* const row = rows + i * k;
-    float lanes_r[kLanes] = {};
-    float lanes_g[kLanes] = {};
-    float lanes_b[kLanes] = {};
+    Lanes lanes_r = {};
+    Lanes lanes_g = {};
+    Lanes lanes_b = {};
     for (std::size_t j = 0; j < even; j += kLanes) {
-      for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const float q = row[j + lane];
-        lanes_r[lane] += q * r[j + lane];
-        lanes_g[lane] += q * g[j + lane];
-        lanes_b[lane] += q * b[j + lane];
-      }
+      Lanes q, c_r, c_g, c_b;
+      std::memcpy(&q, row + j, sizeof q);
+      std::memcpy(&c_r, r + j, sizeof c_r);
+      std::memcpy(&c_g, g + j, sizeof c_g);
+      std::memcpy(&c_b, b + j, sizeof c_b);
+      lanes_r += q * c_r;
+      lanes_g += q * c_g;
+      lanes_b += q * c_b;
     }
     float sum_r = sum_of_lanes(lanes_r);
     float sum_g = sum_of_lanes(lanes_g);

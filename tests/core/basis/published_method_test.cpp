@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -40,8 +41,11 @@ class Published {
     }
     mean_ = x.rowwise().mean();
     x.colwise() -= mean_;
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(x, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    q_ = svd.matrixU() * svd.singularValues().asDiagonal();
+    // X = Q R and R = U' S V^T give X V = U S, the scaled directions, at a fraction of the time.
+    const Eigen::Index m = x.cols();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(x);
+    const Eigen::MatrixXd r = qr.matrixQR().topRows(m).triangularView<Eigen::Upper>();
+    q_ = x * Eigen::JacobiSVD<Eigen::MatrixXd>(r, Eigen::ComputeFullV).matrixV();
   }
 
   /// The whole channel from rho at some cells (positions in cells_above_horizon()).
