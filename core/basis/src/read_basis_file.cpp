@@ -14,7 +14,6 @@
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
 #include "hdf5_handles.h"
-#include "large_pages.h"
 
 namespace gonio::basis {
 namespace {
@@ -295,7 +294,6 @@ Basis read_checked(const Reader& reader) {
   const std::size_t count = p * static_cast<std::size_t>(k);
   reader.expect_stored(schema::kComponents, components, count * sizeof(float));
   basis.components.resize(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
-  detail::advise_large_pages(basis.components.data(), count * sizeof(float));
   reader.read(schema::kComponents, components, H5T_NATIVE_FLOAT, basis.components.data());
   check_finite(reader, schema::kComponents, basis.components.data(), count);
 

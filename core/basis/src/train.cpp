@@ -11,7 +11,6 @@
 #include "gonio/basis/basis.h"
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
-#include "large_pages.h"
 
 namespace gonio::basis {
 namespace {
@@ -97,8 +96,6 @@ Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
   const std::size_t p = set.cells().size();
   basis.mean.resize(static_cast<Eigen::Index>(p));
   basis.components.resize(static_cast<Eigen::Index>(p), k);
-  detail::advise_large_pages(basis.components.data(),
-                             p * static_cast<std::size_t>(k) * sizeof(float));
 
   const std::vector<const float*> rows = detail::row_pointers(set, materials);
   parallel::for_each_block(0, p, detail::kBlockCells, [&](std::size_t begin, std::size_t end) {

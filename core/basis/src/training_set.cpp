@@ -13,7 +13,6 @@
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
 #include "gonio/parallel/parallel.h"
-#include "large_pages.h"
 #include "vector_math.h"
 
 namespace gonio::basis {
@@ -41,16 +40,6 @@ void check_table(const BrdfTable& table, brdf::RadiometricScale scale, const std
                                 std::string(to_string(table.scale())) + ", expected " +
                                 std::string(to_string(scale)));
   }
-}
-
-/// Space for the three planes of a material.
-std::vector<float> make_rows() {
-  const std::size_t count = 3 * basis_cells().size();
-  std::vector<float> rows;
-  rows.reserve(count);
-  detail::advise_large_pages(rows.data(), count * sizeof(float));
-  rows.resize(count);
-  return rows;
 }
 
 std::string hash_of(const std::vector<float>& values) {
@@ -126,7 +115,7 @@ void TrainingSet::add_files(std::span<const MaterialFile> files) {
 TrainingSet::Mapped TrainingSet::map(const BrdfTable& table) const {
   const std::vector<std::uint32_t>& cells = basis_cells();
   Mapped mapped;
-  mapped.rows = make_rows();
+  mapped.rows.resize(3 * basis_cells().size());
   mapped.missing = detail::map_table(table, mapping_, weights_, mapped.rows);
   if (mapped.missing.size() * kMissingDivisor > cells.size()) {
     throw std::invalid_argument(std::to_string(mapped.missing.size()) + " of " +
@@ -141,7 +130,7 @@ TrainingSet::Mapped TrainingSet::map(const brdf::BrdfModel& model) const {
   const std::vector<double> values = brdf::values_at_cells(model, cells);
   const std::size_t p = cells.size();
   Mapped mapped;
-  mapped.rows = make_rows();
+  mapped.rows.resize(3 * basis_cells().size());
   const float epsilon = static_cast<float>(mapping_.epsilon);
   parallel::for_each_block(0, p, kBlockCells, [&](std::size_t begin, std::size_t end) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
