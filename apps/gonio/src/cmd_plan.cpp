@@ -56,9 +56,9 @@ void explain_plan(Context& context, const acquisition::MeasurementPlan& plan) {
 
 void explain_figures(Context& context, const design::DesignFigures& figures) {
   context.console.result(
-      fmt::format("condition number {:.1f}, Xu metric (rms, eta 40) {:.1f}, expected weighted log "
+      fmt::format("condition number {:.1f}, Xu metric (eta 40) {:.1f}, expected weighted log "
                   "error {:.3f}\n",
-                  figures.condition_number, figures.xu_metric_rms, std::sqrt(figures.bayes_a)));
+                  figures.condition_number, figures.xu_metric, std::sqrt(figures.bayes_a)));
 }
 
 int plan(Context& context, const Options& options) {

@@ -7,7 +7,7 @@
 namespace gonio::basis::schema {
 
 constexpr char kFileKind[] = "gonio basis";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 
 constexpr char kAttributeKind[] = "file_kind";
 constexpr char kAttributeVersion[] = "format_version";
@@ -19,6 +19,7 @@ constexpr char kAttributeFloor[] = "mapping_cosine_floor";
 constexpr char kMean[] = "mean";
 constexpr char kComponents[] = "components";
 constexpr char kSingularValues[] = "singular_values";
+constexpr char kLeftVectors[] = "left_vectors";
 constexpr char kCells[] = "cells";
 constexpr char kMaterialNames[] = "material_names";
 constexpr char kMaterialFamilies[] = "material_families";

@@ -192,9 +192,14 @@ void check_header(const Reader& reader) {
     if (found != wanted) reader.fail(name, "found '" + found + "', expected '" + wanted + "'");
   };
   expect(schema::kAttributeKind, reader.text_attribute(schema::kAttributeKind), schema::kFileKind);
-  expect(schema::kAttributeVersion,
-         std::to_string(reader.number_attribute<int>(schema::kAttributeVersion)),
-         std::to_string(schema::kVersion));
+  const int version = reader.number_attribute<int>(schema::kAttributeVersion);
+  if (version != schema::kVersion) {
+    reader.fail(schema::kAttributeVersion,
+                "found " + std::to_string(version) + ", expected " +
+                    std::to_string(schema::kVersion) +
+                    (version < schema::kVersion ? ": written by an earlier gonio, train again"
+                                                : ": written by a later gonio"));
+  }
   expect(schema::kAttributeConvention, reader.text_attribute(schema::kAttributeConvention),
          std::string(to_string(brdf::IndexConvention::bin_centre)));
 }
@@ -252,6 +257,32 @@ void check_finite(const Reader& reader, const char* name, const float* values, s
   if (!finite) reader.fail(name, "holds a value that is NaN or infinite");
 }
 
+/// Orthonormal to the accuracy of the eigensolver, with room for another program's.
+constexpr double kOrthonormalTolerance = 1e-6;
+
+Eigen::MatrixXd read_left_vectors(const Reader& reader, std::size_t rows, std::size_t k) {
+  const char* const name = schema::kLeftVectors;
+  const Reader::DataSet set = reader.open_set(name, H5T_IEEE_F64LE, 2);
+  if (set.shape[0] != rows || set.shape[1] != k) {
+    reader.fail(name, "found shape " + std::to_string(set.shape[0]) + " x " +
+                          std::to_string(set.shape[1]) + ", expected " + std::to_string(rows) +
+                          " x " + std::to_string(k));
+  }
+  reader.expect_stored(name, set, rows * k * sizeof(double));
+  Eigen::MatrixXd by_rows(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(rows));
+  reader.read(name, set, H5T_NATIVE_DOUBLE, by_rows.data());
+  if (!by_rows.allFinite()) reader.fail(name, "holds a value that is NaN or infinite");
+  Eigen::MatrixXd product = by_rows * by_rows.transpose();
+  product.diagonal().array() -= 1.0;
+  if (!(product.cwiseAbs().maxCoeff() < kOrthonormalTolerance)) {
+    reader.fail(name, "columns are not orthonormal");
+  }
+  if (!(by_rows.rowwise().sum().cwiseAbs().maxCoeff() < kOrthonormalTolerance)) {
+    reader.fail(name, "columns do not sum to 0, as those of centred rows do");
+  }
+  return by_rows.transpose();
+}
+
 Basis read_checked(const Reader& reader) {
   check_header(reader);
   Basis basis;
@@ -296,6 +327,8 @@ Basis read_checked(const Reader& reader) {
   basis.components.resize(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
   reader.read(schema::kComponents, components, H5T_NATIVE_FLOAT, basis.components.data());
   check_finite(reader, schema::kComponents, basis.components.data(), count);
+
+  basis.left_vectors = read_left_vectors(reader, rows, static_cast<std::size_t>(k));
 
   const auto leading = basis.singular_values.head(static_cast<Eigen::Index>(k)).array();
   if (!basis.singular_values.allFinite() || !(leading > 0.0).all()) {

@@ -77,16 +77,17 @@ Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
   if (rank == 0) throw NumericalError("training: all materials are the same");
   const Eigen::Index k = std::min<Eigen::Index>(component_count, rank);
 
-  // m x k, row-major for the product below.
-  RowMajorMatrixXf directions(m, k);
-  for (Eigen::Index j = 0; j < k; ++j) {
-    const Eigen::VectorXd u = solver.eigenvectors().col(m - 1 - j);
-    Eigen::Index largest = 0;
-    u.cwiseAbs().maxCoeff(&largest);
-    directions.col(j) = (u[largest] < 0.0 ? -u : u).cast<float>();
-  }
-
   Basis basis;
+  basis.left_vectors = solver.eigenvectors().rightCols(k).rowwise().reverse();
+  // Exactly centred: rounding of the strongest component leaves a mean in the weakest.
+  basis.left_vectors.rowwise() -= basis.left_vectors.colwise().mean().eval();
+  for (Eigen::Index j = 0; j < k; ++j) {
+    Eigen::Index largest = 0;
+    basis.left_vectors.col(j).cwiseAbs().maxCoeff(&largest);
+    if (basis.left_vectors(largest, j) < 0.0) basis.left_vectors.col(j) *= -1.0;
+  }
+  const RowMajorMatrixXf directions = basis.left_vectors.cast<float>();  // as the product wants it
+
   basis.mapping = set.mapping();
   basis.scale = set.scale();
   for (const std::size_t material : materials) {

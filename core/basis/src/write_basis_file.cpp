@@ -97,10 +97,11 @@ class Writer {
 void check_basis(const Basis& basis) {
   const Eigen::Index k = basis.components.cols();
   const std::size_t p = brdf::lattice::cells_above_horizon().size();
-  const bool fits = static_cast<std::size_t>(basis.mean.size()) == p &&
-                    static_cast<std::size_t>(basis.components.rows()) == p && k >= 1 &&
-                    basis.singular_values.size() == basis.row_count() - 1 &&
-                    k <= basis.singular_values.size();
+  const bool fits =
+      static_cast<std::size_t>(basis.mean.size()) == p &&
+      static_cast<std::size_t>(basis.components.rows()) == p && k >= 1 &&
+      basis.singular_values.size() == basis.row_count() - 1 && k <= basis.singular_values.size() &&
+      basis.left_vectors.rows() == basis.row_count() && basis.left_vectors.cols() == k;
   if (!fits) throw std::invalid_argument("write_basis: the parts of the basis do not fit together");
   for (const MaterialId& id : basis.materials) {
     for (const std::string* text : {&id.name, &id.family, &id.sha256}) {
@@ -119,7 +120,8 @@ void require_space(const std::filesystem::path& target, const Basis& basis) {
   constexpr std::uintmax_t kHeaders = std::uintmax_t{1} << 20U;
   const std::uintmax_t needed =
       kHeaders + sizeof(float) * static_cast<std::uintmax_t>(basis.components.size()) +
-      (sizeof(float) + sizeof(std::uint32_t)) * static_cast<std::uintmax_t>(basis.mean.size());
+      (sizeof(float) + sizeof(std::uint32_t)) * static_cast<std::uintmax_t>(basis.mean.size()) +
+      sizeof(double) * static_cast<std::uintmax_t>(basis.left_vectors.size());
   std::error_code error;
   const auto space = std::filesystem::space(std::filesystem::absolute(target).parent_path(), error);
   if (!error && space.available < needed) throw FileError(target, "write", ENOSPC);
@@ -145,7 +147,8 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
     writer.attribute(schema::kAttributeVersion, schema::kVersion);
     writer.attribute("description",
                      "Principal components of mapped BRDFs: x = mean + components c, one row per "
-                     "lattice cell above the horizon, the columns scaled by the singular values");
+                     "lattice cell above the horizon, the columns scaled by the singular values; "
+                     "training row t has the coefficients left_vectors[t]");
     writer.attribute("mapping",
                      "x = ln(f w + mapping_epsilon), "
                      "w = clip(cos theta_i cos theta_o, mapping_cosine_floor, 1), f in 1/sr");
@@ -173,6 +176,9 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
     writer.data_set<1>(schema::kSingularValues, H5T_IEEE_F64LE,
                        {static_cast<hsize_t>(basis.singular_values.size())},
                        basis.singular_values.data());
+    const Eigen::MatrixXd left_by_rows = basis.left_vectors.transpose();
+    writer.data_set<2>(schema::kLeftVectors, H5T_IEEE_F64LE,
+                       {static_cast<hsize_t>(basis.row_count()), k}, left_by_rows.data());
     writer.data_set<1>(schema::kCells, H5T_STD_U32LE, {p},
                        brdf::lattice::cells_above_horizon().data());
     writer.data_set<1>(schema::kMean, H5T_IEEE_F32LE, {p}, basis.mean.data());

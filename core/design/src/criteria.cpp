@@ -1,7 +1,6 @@
 #include "gonio/design/criteria.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -96,55 +95,11 @@ double xu_metric(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singular_va
   return (errors.rowwise().squaredNorm().array() + left_out).sqrt().mean();
 }
 
-double xu_metric_rms(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singular_values,
-                     int row_count, double eta) {
-  const Eigen::Index k = rows.cols();
-  require_columns(rows, singular_values.size(), "singular values");
-  const double square =
-      (singular_values.head(k).asDiagonal() * open_share(rows, eta)).squaredNorm() +
-      singular_values.tail(singular_values.size() - k).squaredNorm();
-  return std::sqrt(square / row_count);
-}
-
-Eigen::MatrixXd training_left_vectors(const Eigen::MatrixXd& gram,
-                                      std::span<const std::size_t> materials, int component_count) {
-  std::vector<Eigen::Index> rows;
-  for (const std::size_t material : materials) {
-    for (Eigen::Index channel = 0; channel < 3; ++channel) {
-      rows.push_back(3 * static_cast<Eigen::Index>(material) + channel);
-      if (rows.back() >= gram.rows()) {
-        throw std::invalid_argument("design: the Gram matrix has no material " +
-                                    std::to_string(material));
-      }
-    }
-  }
-  const auto m = static_cast<Eigen::Index>(rows.size());
-  if (component_count < 1 || component_count >= m) {
-    throw std::invalid_argument("design: " + std::to_string(component_count) + " components of " +
-                                std::to_string(m) + " training rows");
-  }
-  const Eigen::MatrixXd centring = Eigen::MatrixXd::Identity(m, m) -
-                                   Eigen::MatrixXd::Constant(m, m, 1.0 / static_cast<double>(m));
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(centring * gram(rows, rows) *
-                                                              centring);
-  if (solver.info() != Eigen::Success) {
-    throw NumericalError("design: the eigenvalues of the Gram matrix did not converge");
-  }
-  Eigen::MatrixXd left = solver.eigenvectors().rightCols(component_count).rowwise().reverse();
-  for (Eigen::Index j = 0; j < left.cols(); ++j) {
-    Eigen::Index largest = 0;
-    left.col(j).cwiseAbs().maxCoeff(&largest);
-    if (left(largest, j) < 0.0) left.col(j) *= -1.0;
-  }
-  return left;
-}
-
 DesignFigures assess(const basis::Basis& basis, const Eigen::MatrixXd& rows,
                      const Eigen::MatrixXd& importance, double eta) {
   DesignFigures figures;
   figures.condition_number = condition_number(rows);
-  figures.xu_metric_rms =
-      xu_metric_rms(rows, basis.singular_values, basis.row_count(), kPublishedEta);
+  figures.xu_metric = xu_metric(rows, basis.singular_values, basis.left_vectors, kPublishedEta);
   figures.bayes_a = criterion_value(Criterion::bayes_a, rows, importance, eta) / basis.row_count();
   figures.bayes_d = criterion_value(Criterion::bayes_d, rows, importance, eta);
   return figures;

@@ -55,7 +55,6 @@ class Fold {
        const std::vector<std::size_t>& training, const EvaluateOptions& options,
        const design::Candidates& candidates)
       : basis_(basis::train(set, gram, training, options.components)),
-        left_vectors_(design::training_left_vectors(gram, training, basis_.component_count())),
         options_(options),
         candidates_(candidates) {}
 
@@ -84,12 +83,11 @@ class Fold {
   FoldDesign describe(int fold, const std::vector<brdf::HalfDiff>& directions) const {
     const Eigen::MatrixXd rows = design::rows_at(basis::BasisRows(basis_), directions);
     return {fold, directions, design::condition_number(rows),
-            design::xu_metric(rows, basis_.singular_values, left_vectors_, kPublishedEta)};
+            design::xu_metric(rows, basis_.singular_values, basis_.left_vectors, kPublishedEta)};
   }
 
  private:
   basis::Basis basis_;
-  Eigen::MatrixXd left_vectors_;
   const EvaluateOptions& options_;
   const design::Candidates& candidates_;
   Eigen::MatrixXd importance_;

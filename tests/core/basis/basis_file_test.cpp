@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -46,6 +47,7 @@ TEST(BasisFile, ReturnsWhatWasWritten) {
   EXPECT_EQ(read.components, written.components);
   EXPECT_EQ(read.mean, written.mean);
   EXPECT_EQ(read.singular_values, written.singular_values);
+  EXPECT_EQ(read.left_vectors, written.left_vectors);
   EXPECT_EQ(read.mapping, written.mapping);
   EXPECT_EQ(read.scale, written.scale);
   ASSERT_EQ(read.materials.size(), 3u);
@@ -154,6 +156,20 @@ void replace_number(hid_t file, const char* name, hid_t type, Number value) {
   H5Aclose(attribute);
 }
 
+/// Orthonormal columns, but the first is the one that no centred row has a part of.
+void add_mean_to_left_vectors(hid_t file) {
+  std::vector<double> values(27, 0.0);
+  const auto at = [&](std::size_t row, std::size_t column) -> double& {
+    return values[3 * row + column];
+  };
+  for (std::size_t row = 0; row < 9; ++row) at(row, 0) = 1.0 / 3.0;
+  at(0, 1) = at(2, 2) = std::sqrt(0.5);
+  at(1, 1) = at(3, 2) = -std::sqrt(0.5);
+  const hid_t set = H5Dopen2(file, "left_vectors", H5P_DEFAULT);
+  ASSERT_GE(H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+  H5Dclose(set);
+}
+
 constexpr hsize_t kCells = 1096216;
 
 const std::vector<Damage>& damages() {
@@ -167,7 +183,10 @@ const std::vector<Damage>& damages() {
        {"file_kind", "gonio cake"}},
       {"later version",
        [](hid_t f) { replace_number(f, "format_version", H5T_NATIVE_INT, 99); },
-       {"format_version", "found '99', expected '1'"}},
+       {"format_version", "found 99, expected 2", "later gonio"}},
+      {"earlier version",
+       [](hid_t f) { replace_number(f, "format_version", H5T_NATIVE_INT, 1); },
+       {"format_version", "found 1, expected 2", "train again"}},
       {"other lattice",
        [](hid_t f) { replace_text(f, "lattice_convention", "left_edge"); },
        {"lattice_convention", "left_edge", "bin_centre"}},
@@ -196,6 +215,28 @@ const std::vector<Damage>& damages() {
       {"singular value 0",
        [](hid_t f) { poke(f, "singular_values", H5T_NATIVE_DOUBLE, 1, 0.0); },
        {"singular_values"}},
+      {"no left vectors",
+       [](hid_t f) { delete_link(f, "left_vectors"); },
+       {"left_vectors", "missing"}},
+      {"NaN left vector",
+       [](hid_t f) {
+         poke(f, "left_vectors", H5T_NATIVE_DOUBLE, 2, std::numeric_limits<double>::quiet_NaN());
+       },
+       {"left_vectors", "NaN"}},
+      {"left vectors of another length",
+       [](hid_t f) { poke(f, "left_vectors", H5T_NATIVE_DOUBLE, 2, 0.5); },
+       {"left_vectors", "not orthonormal"}},
+      {"left vectors with a mean", add_mean_to_left_vectors, {"left_vectors", "sum to 0"}},
+      {"left vectors of fewer rows",
+       [](hid_t f) {
+         replace_by_claim(f, "left_vectors", H5T_IEEE_F64LE, {hsize_t{1} << 40, 3});
+       },
+       {"left_vectors", "expected 9 x 3"}},
+      {"left vectors without values",
+       [](hid_t f) {
+         replace_by_claim(f, "left_vectors", H5T_IEEE_F64LE, {9, 3});
+       },
+       {"left_vectors", "does not hold"}},
       {"moved cell", [](hid_t f) { poke(f, "cells", H5T_NATIVE_UINT32, 1, 77u); }, {"cells"}},
       {"huge components",
        [](hid_t f) {

@@ -130,21 +130,19 @@ TEST(XuMetric, EqualsTheDenseDefinition) {
   EXPECT_NEAR(xu_metric(a, training.singular, training.left, eta), dense, kRounding * dense);
 }
 
-TEST(XuMetric, RmsIsAnUpperBoundThatNeedsNoLeftVectors) {
-  const SmallTraining training;
-  const Eigen::MatrixXd a = training.q.topRows(4);
-  const double mean = xu_metric(a, training.singular, training.left, 2.5);
-  const double rms = xu_metric_rms(a, training.singular, 12, 2.5);
-  EXPECT_GE(rms, mean);
-  EXPECT_LT(rms, 2.0 * mean);
-}
-
+// Without samples the error is the training set itself.
 TEST(XuMetric, CountsWhatACutBasisLeavesOut) {
   const SmallTraining training;
-  // Without samples the error is the training set itself, however many components are kept.
-  const double whole = std::sqrt(training.centred.squaredNorm() / 12.0);
-  EXPECT_NEAR(xu_metric_rms(Eigen::MatrixXd(0, 11), training.singular, 12, 1.0), whole, kRounding);
-  EXPECT_NEAR(xu_metric_rms(Eigen::MatrixXd(0, 3), training.singular, 12, 1.0), whole, kRounding);
+  const double whole = xu_metric(Eigen::MatrixXd(0, 11), training.singular, training.left, 1.0);
+  EXPECT_NEAR(whole, training.centred.rowwise().norm().mean(), kRounding * whole);
+
+  const double root_mean_square = std::sqrt(training.centred.squaredNorm() / 12.0);
+  const double left_out = std::sqrt(training.singular.tail(8).squaredNorm() / 12.0);
+  const double cut = xu_metric(Eigen::MatrixXd(0, 3), training.singular, training.left, 1.0);
+  EXPECT_GT(cut, left_out);
+  EXPECT_LE(cut, root_mean_square * (1.0 + kRounding));
+  const Eigen::VectorXd kept = training.singular.head(3);
+  EXPECT_GT(cut, xu_metric(Eigen::MatrixXd(0, 3), kept, training.left, 1.0));
 }
 
 TEST(XuMetric, RefusesMatricesThatDoNotFit) {

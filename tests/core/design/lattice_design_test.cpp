@@ -226,32 +226,5 @@ TEST(ConditionSearch, RefusesWhatItCannotDo) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("only 0 usable")));
 }
 
-// Q = V Sigma and U belong together, signs included: a training row is mean + Q u.
-TEST(TrainingLeftVectors, RebuildEveryTrainingRowWithTheTrainedComponents) {
-  basis::TrainingSet set(brdf::RadiometricScale::si);
-  for (const char* name : {"a", "b", "left-out", "c"}) {
-    const auto& all = brdf::builtin_materials();
-    const std::size_t at = set.material_count() * all.size() / 4;
-    set.add({name, "", ""}, *all[at].model);
-  }
-  const Eigen::MatrixXd gram = basis::centred_gram(set);
-  const std::vector<std::size_t> training = {0, 1, 3};
-  const basis::Basis basis = basis::train(set, gram, training);
-  const Eigen::MatrixXd left = training_left_vectors(gram, training, basis.component_count());
-  constexpr double kSinglePrecision = 2e-3;  // weak components are known to 1e-4 of the strongest
-  for (const Eigen::Index cell : {Eigen::Index{5}, Eigen::Index{400000}, Eigen::Index{900000}}) {
-    for (std::size_t i = 0; i < 9; ++i) {
-      const double truth = static_cast<double>(
-          set.row(training[i / 3], static_cast<int>(i % 3))[static_cast<std::size_t>(cell)]);
-      const double rebuilt =
-          static_cast<double>(basis.mean[cell]) +
-          basis.components.row(cell).cast<double>().dot(left.row(static_cast<Eigen::Index>(i)));
-      EXPECT_NEAR(rebuilt, truth, kSinglePrecision);
-    }
-  }
-  EXPECT_THROW(training_left_vectors(gram, training, 9), std::invalid_argument);
-  EXPECT_THROW(training_left_vectors(gram, std::vector<std::size_t>{7}, 1), std::invalid_argument);
-}
-
 }  // namespace
 }  // namespace gonio::design

@@ -25,6 +25,9 @@ struct Basis {
   Eigen::VectorXf mean;
   RowMajorMatrixXf components;
   Eigen::VectorXd singular_values;  ///< all m - 1 of them, descending; the first k belong to Q
+  /// U, m x k: training row t (R, G, B of each material in turn) is mean + Q u_t, up to the
+  /// components that were cut off. Orthonormal columns with sums of 0.
+  Eigen::MatrixXd left_vectors;
 
   int component_count() const { return static_cast<int>(components.cols()); }
   int row_count() const { return 3 * static_cast<int>(materials.size()); }  ///< m

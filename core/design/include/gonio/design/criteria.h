@@ -39,7 +39,8 @@ double condition_number(const Eigen::MatrixXd& rows);
 /// `rows`             n x k, the first k columns of Q at the directions.
 /// `singular_values`  At least k, descending; those beyond k are what the basis leaves out: their
 ///                    energy is added to every e_i^2 in equal parts (a row's own part is unknown).
-/// `left_vectors`     U, m x at least k: which combination of components each training row is.
+/// `left_vectors`     U, m x at least k: which combination of components each training row is, as
+///                    Basis::left_vectors.
 ///                    With k = m - 1 the result is that of the published dense formula.
 /// Unit               Nepers times sqrt(cells).
 /// Source             "Minimal BRDF Sampling for Two-Shot Near-Field Reflectance Acquisition",
@@ -47,24 +48,11 @@ double condition_number(const Eigen::MatrixXd& rows);
 double xu_metric(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singular_values,
                  const Eigen::MatrixXd& left_vectors, double eta);
 
-/// sqrt(mean_i e_i^2): needs no left vectors, so a basis file is enough. Never below xu_metric().
-double xu_metric_rms(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singular_values,
-                     int row_count, double eta);
-
-/// U for xu_metric(), from the Gram matrix of a training set (basis::centred_gram()): how much of
-/// each component every training row has. Columns and their signs go with basis::train()'s.
-///
-/// `materials`  Indices into the set, ascending, three rows each.
-/// Returns      3 * materials x component_count, orthonormal columns.
-/// Throws       std::invalid_argument for indices or counts out of range; NumericalError.
-Eigen::MatrixXd training_left_vectors(const Eigen::MatrixXd& gram,
-                                      std::span<const std::size_t> materials, int component_count);
-
 /// Everything that is quoted about a set of directions before anything is measured.
 struct DesignFigures {
   double condition_number = std::numeric_limits<double>::infinity();
-  double xu_metric_rms = 0.0;  ///< at the published eta = 40
-  double bayes_a = 0.0;        ///< expected importance-weighted mean square error, nepers^2
+  double xu_metric = 0.0;  ///< at the published eta = 40
+  double bayes_a = 0.0;    ///< expected importance-weighted mean square error, nepers^2
   double bayes_d = 0.0;
 };
 
