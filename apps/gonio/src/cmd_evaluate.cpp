@@ -24,6 +24,7 @@ struct Options {
   int samples = 10;
   int folds = 5;
   int components = basis::kDefaultComponents;
+  double patch_mm = 0.0;
   double noise = 0.0;
   double angle_error_deg = 0.0;
   std::uint64_t seed = 1;
@@ -78,16 +79,25 @@ int evaluate(Context& context, const Options& options) {
     throw UsageError(fmt::format("found {} materials, expected at least 4", input.size()));
   }
   std::vector<quality::Contender> contenders;
+  const quality::PatchGeometry patch = quality::PatchGeometry::of_half_width(options.patch_mm);
   const auto add = [&](std::string label, std::vector<brdf::HalfDiff> directions, bool published) {
     quality::Contender contender;
     contender.label = std::move(label);
     contender.sample_count =
         directions.empty() ? options.samples : static_cast<int>(directions.size());
     contender.directions = std::move(directions);
-    if (published) contender.reconstruct.method = basis::Method::nielsen;
+    if (published) {
+      contender.reconstruct.method = basis::Method::nielsen;
+    } else {
+      contender.patch = patch;
+    }
     contenders.push_back(std::move(contender));
   };
   add(fmt::format("chosen {}, ridge", options.samples), {}, false);
+  if (!patch.is_point()) {
+    add(fmt::format("{} chosen as points, ridge", options.samples), {}, false);
+    contenders.back().chosen_as_points = true;
+  }
   if (!options.directions.empty()) {
     const auto directions = usable_directions(context.console, options.directions);
     add("given directions, ridge", directions, false);
@@ -183,6 +193,8 @@ void add_evaluate(const Command& root) {
   command.texts("--exclude", options->excluded, "Leave these materials out altogether");
   command.text("--exclude-siblings", options->siblings,
                "CSV file material,group: materials of one group always share a fold");
+  command.number("--patch", options->patch_mm, 0.0, 500.0,
+                 "Half width of the sample in mm whose directions every pose sees; 0: points");
   command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
   command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
                  "Standard deviation of the normal's tilt, degrees per axis");

@@ -32,17 +32,21 @@ std::optional<std::uint32_t> basis_cell_of(const brdf::HalfDiff& direction) {
   return static_cast<std::uint32_t>(found - cells.begin());
 }
 
+bool within(const DirectionLimits& limits, const brdf::HalfDiff& direction) {
+  const Angle edge = Angle::from_radians(kEdgeRad);
+  const brdf::PolarCosines cosines =
+      brdf::polar_cosines(direction.theta_h, direction.theta_d, direction.phi_d);
+  return cosines.cos_theta_i > 0.0 && cosines.cos_theta_o > 0.0 &&
+         cosines.cos_theta_i >= cos(limits.theta_i_max + edge) &&
+         cosines.cos_theta_o >= cos(limits.theta_o_max + edge) &&
+         direction.theta_d >= limits.theta_d_min - edge;
+}
+
 std::vector<std::uint8_t> cells_within(const DirectionLimits& limits) {
-  const double cos_i = cos(limits.theta_i_max + Angle::from_radians(kEdgeRad));
-  const double cos_o = cos(limits.theta_o_max + Angle::from_radians(kEdgeRad));
-  const Angle theta_d_min = limits.theta_d_min - Angle::from_radians(kEdgeRad);
-  const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
-  std::vector<std::uint8_t> mask(cells.size());
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    const brdf::HalfDiff at = lattice::angles_of(lattice::index_from_cell(cells[i]));
-    const brdf::PolarCosines cosines = brdf::polar_cosines(at.theta_h, at.theta_d, at.phi_d);
-    mask[i] =
-        cosines.cos_theta_i >= cos_i && cosines.cos_theta_o >= cos_o && at.theta_d >= theta_d_min;
+  const std::size_t cells = basis_cell_count();
+  std::vector<std::uint8_t> mask(cells);
+  for (std::size_t i = 0; i < cells; ++i) {
+    mask[i] = within(limits, direction_of_basis_cell(static_cast<std::uint32_t>(i)));
   }
   return mask;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <tuple>
 
 #include "gonio/basis/dense_field.h"
 #include "gonio/design/criteria.h"
@@ -13,6 +14,7 @@ namespace gonio::quality {
 namespace {
 
 constexpr double kPublishedEta = 40.0;
+constexpr double kPoseStepDeg = 2.0;
 
 std::vector<int> fold_of_material(const EvaluateOptions& options, std::size_t count) {
   std::vector<int> folds(count);
@@ -62,12 +64,15 @@ class Fold {
 
   std::vector<brdf::HalfDiff> directions_for(const Contender& contender) {
     if (!contender.directions.empty()) return contender.directions;
-    auto& chosen = chosen_[contender.sample_count];
+    const PatchGeometry patch = contender.chosen_as_points ? PatchGeometry{} : contender.patch;
+    auto& chosen = chosen_[{contender.sample_count, patch.half_width_mm, patch.grid,
+                            patch.camera_distance_mm, patch.lamp_distance_mm}];
     if (chosen.empty()) {
       if (importance_.size() == 0) {
         importance_ = design::importance_matrix(
             basis_.components, design::importance_weights({options_.uniform_blend}));
       }
+      if (!patch.is_point()) return chosen = poses_for(contender);
       design::ExchangeOptions settings = options_.design;
       settings.sample_count = contender.sample_count;
       settings.seed = options_.seed;
@@ -87,11 +92,27 @@ class Fold {
   }
 
  private:
+  std::vector<brdf::HalfDiff> poses_for(const Contender& contender) const {
+    const auto allowed = [&](const brdf::HalfDiff& pose) {
+      return design::within(options_.limits, pose);
+    };
+    design::PoseDesignOptions settings = options_.pose_design;
+    settings.pose_count = contender.sample_count;
+    settings.seed = options_.seed;
+    return design::choose_poses(basis_, importance_,
+                                {design::pose_grid(kPoseStepDeg, allowed), allowed, {}},
+                                contender.patch, settings)
+        .poses;
+  }
+
+  /// Contenders that measure alike share their design.
+  using Measurement = std::tuple<int, double, int, double, double>;
+
   basis::Basis basis_;
   const EvaluateOptions& options_;
   const design::Candidates& candidates_;
   Eigen::MatrixXd importance_;
-  std::map<int, std::vector<brdf::HalfDiff>> chosen_;
+  std::map<Measurement, std::vector<brdf::HalfDiff>> chosen_;
 };
 
 }  // namespace

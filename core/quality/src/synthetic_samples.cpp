@@ -29,11 +29,7 @@ void check(std::span<const brdf::HalfDiff> directions, const PatchGeometry& patc
   if (bad(noise.relative) || bad(noise.common_relative) || bad(noise.normal_tilt.radians())) {
     throw std::invalid_argument("synthetic samples: noise must be finite and not negative");
   }
-  if (bad(patch.half_width_mm) || patch.grid < 1 ||
-      (patch.half_width_mm > 0.0 &&
-       !(patch.camera_distance_mm > 0.0 && patch.lamp_distance_mm > 0.0))) {
-    throw std::invalid_argument("synthetic samples: a patch needs a width, a grid and distances");
-  }
+  patch.validate();
 }
 
 brdf::DirectionPair tilted(const brdf::DirectionPair& pair, Angle about_x, Angle about_y) {
@@ -61,21 +57,6 @@ void set_angle_uncertainty(samples::Sample& sample, const brdf::DirectionPair& p
   sample.u_phi_d = std::min(Angle::from_radians(phi_d), kLargestPhiUncertainty);
 }
 
-/// Where the patch's squares have their centres, sample frame.
-std::vector<Eigen::Vector3d> centres_mm(const PatchGeometry& patch) {
-  if (patch.half_width_mm == 0.0) return {Eigen::Vector3d::Zero()};
-  std::vector<Eigen::Vector3d> centres;
-  const auto along = [&](int i) {
-    return patch.half_width_mm * (2.0 * i + 1.0 - patch.grid) / patch.grid;
-  };
-  for (int row = 0; row < patch.grid; ++row) {
-    for (int column = 0; column < patch.grid; ++column) {
-      centres.emplace_back(along(column), along(row), 0.0);
-    }
-  }
-  return centres;
-}
-
 }  // namespace
 
 samples::SampleSet synthetic_samples(const brdf::BrdfModel& truth, brdf::RadiometricScale scale,
@@ -84,8 +65,6 @@ samples::SampleSet synthetic_samples(const brdf::BrdfModel& truth, brdf::Radiome
                                      std::uint64_t seed, std::uint64_t stream) {
   check(directions, patch, noise);
   random::Stream draw(random::make_key(seed, "quality.synthetic_samples", stream));
-  const std::vector<Eigen::Vector3d> centres = centres_mm(patch);
-  const bool is_patch = patch.half_width_mm > 0.0;
   const auto normal3 = [&] {
     const double r = draw.normal();
     const double g = draw.normal();
@@ -97,19 +76,14 @@ samples::SampleSet synthetic_samples(const brdf::BrdfModel& truth, brdf::Radiome
   for (std::size_t i = 0; i < directions.size(); ++i) {
     brdf::HalfDiff nominal = directions[i];
     nominal.phi_h = Angle();
-    const brdf::DirectionPair centre = brdf::directions_from_half_diff(nominal);
     const Angle about_x = draw.normal() * noise.normal_tilt;
     const Angle about_y = draw.normal() * noise.normal_tilt;
     const brdf::Rgb common = 1.0 + noise.common_relative * normal3();
-    for (const Eigen::Vector3d& at : centres) {
+    for (const brdf::DirectionPair& pair : design::patch_pairs(nominal, patch)) {
       const brdf::Rgb independent = 1.0 + noise.relative * normal3();
-      brdf::DirectionPair pair = centre;
       samples::Sample sample;
       sample.direction = nominal;
-      if (is_patch) {
-        pair.wi = (patch.lamp_distance_mm * centre.wi - at).normalized();
-        pair.wo = (patch.camera_distance_mm * centre.wo - at).normalized();
-        if (pair.wi.z() <= 0.0 || pair.wo.z() <= 0.0) continue;
+      if (!patch.is_point()) {
         sample.direction = brdf::half_diff_from_directions(pair);
         sample.direction.phi_h = Angle();
       }

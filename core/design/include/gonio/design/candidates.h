@@ -17,6 +17,9 @@ struct DirectionLimits {
   Angle theta_d_min = Angle::from_degrees(0.0);
 };
 
+/// True when the direction is above the horizon and obeys the limits.
+bool within(const DirectionLimits& limits, const brdf::HalfDiff& direction);
+
 /// Which basis cells a search may choose.
 ///
 /// `allowed`  One byte per basis cell; empty allows all.

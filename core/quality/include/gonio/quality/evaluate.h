@@ -12,6 +12,7 @@
 #include "gonio/basis/training_set.h"
 #include "gonio/design/candidates.h"
 #include "gonio/design/exchange.h"
+#include "gonio/design/pose_exchange.h"
 #include "gonio/quality/metrics.h"
 #include "gonio/quality/synthetic_samples.h"
 
@@ -25,6 +26,8 @@ struct Contender {
   std::vector<brdf::HalfDiff> directions;
   basis::ReconstructOptions reconstruct;
   PatchGeometry patch;
+  /// Chosen poses of patches: by the directions of their centres alone, for comparison.
+  bool chosen_as_points = false;
 };
 
 struct EvaluateOptions {
@@ -36,6 +39,9 @@ struct EvaluateOptions {
   std::vector<std::string> groups;
   int components = basis::kDefaultComponents;
   design::ExchangeOptions design;  ///< but for sample_count and seed, which stand elsewhere
+  /// Of contenders that measure patches: their poses are chosen for all that a frame shows. But for
+  /// pose_count and seed.
+  design::PoseDesignOptions pose_design;
   double uniform_blend = 0.1;
   design::DirectionLimits limits;  ///< of directions chosen here
   SyntheticNoise noise;

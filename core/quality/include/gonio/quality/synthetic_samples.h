@@ -4,19 +4,12 @@
 #include <span>
 
 #include "gonio/brdf/brdf_model.h"
+#include "gonio/design/patch_geometry.h"
 #include "gonio/samples/samples.h"
 
 namespace gonio::quality {
 
-/// The part of the sample one frame shows. Camera and lamp stand at finite distance, so across it
-/// the directions vary: a frame is a patch of directions, cut into grid x grid equal squares that
-/// are sampled at their centres.
-struct PatchGeometry {
-  double half_width_mm = 0.0;  ///< 0: one point per pose
-  int grid = 3;
-  double camera_distance_mm = 350.0;
-  double lamp_distance_mm = 500.0;
-};
+using design::PatchGeometry;
 
 /// Errors of a measurement without an instrument; k = 1.
 struct SyntheticNoise {

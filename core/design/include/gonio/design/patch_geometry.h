@@ -1,0 +1,43 @@
+#pragma once
+
+#include <vector>
+
+#include "gonio/brdf/directions.h"
+
+namespace gonio::design {
+
+/// The part of the sample one frame shows. Camera and lamp stand at finite distance, so across it
+/// the directions vary: a frame is a patch of directions, cut into grid x grid equal squares that
+/// are sampled at their centres.
+struct PatchGeometry {
+  double half_width_mm = 0.0;  ///< 0: one point per pose
+  int grid = 3;
+  double camera_distance_mm = 350.0;
+  double lamp_distance_mm = 500.0;
+
+  /// A patch cut into squares of at most 20 mm, at least 3 x 3 of an odd number: one lies in the
+  /// middle. Distances as above.
+  static PatchGeometry of_half_width(double half_width_mm);
+
+  bool is_point() const { return half_width_mm == 0.0; }
+  /// Sub-samples of a frame whose squares are all above the horizon.
+  int sub_samples() const { return is_point() ? 1 : grid * grid; }
+
+  /// Throws std::invalid_argument: a width that is negative or not finite, a grid outside 1 to 99,
+  /// a patch without positive distances.
+  void validate() const;
+};
+
+/// Directions of the sub-samples of a pose whose centre sees `centre` (phi_h is ignored), row by
+/// row; those below the horizon are left out.
+///
+/// Frame    Sample frame with the half vector of the centre in the x-z plane; the squares lie along
+///          x and y. Camera and lamp at their distances from the centre, along its wo and wi.
+std::vector<brdf::DirectionPair> patch_pairs(const brdf::HalfDiff& centre,
+                                             const PatchGeometry& patch);
+
+/// The same as half/difference angles, phi_h = 0.
+std::vector<brdf::HalfDiff> patch_directions(const brdf::HalfDiff& centre,
+                                             const PatchGeometry& patch);
+
+}  // namespace gonio::design
