@@ -24,11 +24,11 @@ if(OpenBlasPthread_FOUND AND NOT TARGET gonio::openblas)
     IMPORTED_LOCATION "${OPENBLAS_PTHREAD_LIBRARY}"
     INTERFACE_INCLUDE_DIRECTORIES "${OPENBLAS_PTHREAD_INCLUDE_DIR}")
 
-  add_library(gonio_openblas STATIC ${CMAKE_CURRENT_LIST_DIR}/openblas/one_thread_per_call.cpp)
+  add_library(gonio_openblas STATIC ${CMAKE_CURRENT_LIST_DIR}/openblas/settings.cpp)
   target_link_libraries(gonio_openblas
     PUBLIC openblas_pthread
     PRIVATE $<BUILD_INTERFACE:gonio_compiler>)
   # Nothing calls into this library: the undefined symbol makes the linker take its initialiser.
-  target_link_options(gonio_openblas INTERFACE "LINKER:--undefined=gonio_openblas_one_thread")
+  target_link_options(gonio_openblas INTERFACE "LINKER:--undefined=gonio_openblas_settings")
   add_library(gonio::openblas ALIAS gonio_openblas)
 endif()

@@ -7,6 +7,7 @@
 #include "centred_block.h"
 #include "gonio/basis/training_set.h"
 #include "gonio/parallel/parallel.h"
+#include "vector_math.h"
 
 namespace gonio::basis {
 namespace detail {
@@ -14,15 +15,13 @@ namespace detail {
 void CentredBlock::load(std::size_t begin, std::size_t end) {
   width_ = end - begin;
   std::array<double, kPackedCells> sums{};
-  for (const float* const row : rows_) {
-    for (std::size_t j = 0; j < width_; ++j) sums[j] += static_cast<double>(row[begin + j]);
-  }
+  for (const float* const row : rows_) add_to_sums(row + begin, width_, sums.data());
   for (std::size_t j = 0; j < width_; ++j) {
     mean_[j] = static_cast<float>(sums[j] / static_cast<double>(rows_.size()));
   }
   float* out = packed_.data();
   for (const float* const row : rows_) {
-    for (std::size_t j = 0; j < width_; ++j) out[j] = row[begin + j] - mean_[j];
+    subtract(row + begin, mean_.data(), width_, out);
     out += width_;
   }
 }

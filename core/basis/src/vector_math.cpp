@@ -72,6 +72,15 @@ GONIO_INLINE void exp_loop(float* values, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) values[i] = exp_of(values[i]);
 }
 
+GONIO_INLINE void add_loop(const float* values, std::size_t count, double* __restrict sums) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] += static_cast<double>(values[i]);
+}
+
+GONIO_INLINE void subtract_loop(const float* values, const float* mean, std::size_t count,
+                                float* __restrict out) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = values[i] - mean[i];
+}
+
 constexpr std::size_t kLanes = 8;
 /// One register with AVX2, two with SSE2: the same sums in the same order.
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float))));
@@ -147,6 +156,13 @@ GONIO_INLINE void project_loop(const float* rows, std::size_t row_count, std::si
 #if GONIO_WITH_AVX2
 GONIO_TARGET_AVX2 void log_avx2(float* values, std::size_t count) { log_loop(values, count); }
 GONIO_TARGET_AVX2 void exp_avx2(float* values, std::size_t count) { exp_loop(values, count); }
+GONIO_TARGET_AVX2 void add_avx2(const float* values, std::size_t count, double* sums) {
+  add_loop(values, count, sums);
+}
+GONIO_TARGET_AVX2 void subtract_avx2(const float* values, const float* mean, std::size_t count,
+                                     float* out) {
+  subtract_loop(values, mean, count, out);
+}
 GONIO_TARGET_AVX2 void expand_avx2(const float* rows, const float* mean, std::size_t row_count,
                                    std::size_t k, const float* coefficients, float* out_r,
                                    float* out_g, float* out_b) {
@@ -178,6 +194,20 @@ void exp_in_place(float* values, std::size_t count) {
   if (has_avx2()) return exp_avx2(values, count);
 #endif
   exp_loop(values, count);
+}
+
+void add_to_sums(const float* values, std::size_t count, double* sums) {
+#if GONIO_WITH_AVX2
+  if (has_avx2()) return add_avx2(values, count, sums);
+#endif
+  add_loop(values, count, sums);
+}
+
+void subtract(const float* values, const float* mean, std::size_t count, float* out) {
+#if GONIO_WITH_AVX2
+  if (has_avx2()) return subtract_avx2(values, mean, count, out);
+#endif
+  subtract_loop(values, mean, count, out);
 }
 
 void expand_rows(const float* rows, const float* mean, std::size_t row_count, std::size_t k,

@@ -14,6 +14,12 @@ void log_in_place(float* values, std::size_t count);
 /// values[i] = exp(values[i]); arguments are clamped to [-87, 88]. Within 2 ulp (float32).
 void exp_in_place(float* values, std::size_t count);
 
+/// sums[i] += values[i]
+void add_to_sums(const float* values, std::size_t count, double* sums);
+
+/// out[i] = values[i] - mean[i]
+void subtract(const float* values, const float* mean, std::size_t count, float* out);
+
 /// out[c][i] = mean[i] + sum_j rows[i * k + j] * coefficients[c * k + j], three channels at once.
 void expand_rows(const float* rows, const float* mean, std::size_t row_count, std::size_t k,
                  const float* coefficients, float* out_r, float* out_g, float* out_b);

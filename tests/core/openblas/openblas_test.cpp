@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "gonio/parallel/parallel.h"
@@ -11,7 +12,9 @@
 namespace gonio {
 namespace {
 
+using ::testing::AnyOf;
 using ::testing::Each;
+using ::testing::Not;
 
 constexpr int kRows = 90;  // the size of a training Gram matrix
 constexpr int kColumns = 400;
@@ -24,6 +27,18 @@ std::vector<double> gram(const std::vector<double>& a) {
 }
 
 TEST(OpenBlas, UsesOneThreadPerCall) { EXPECT_EQ(openblas_get_num_threads(), 1); }
+
+// A library older than the processor would take the oldest kernels it has.
+TEST(OpenBlas, UsesTheVectorInstructionsThereAre) {
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx2") == 0 || __builtin_cpu_supports("fma") == 0) {
+    GTEST_SKIP() << "the processor has no AVX2";
+  }
+  EXPECT_THAT(std::string(openblas_get_corename()), Not(AnyOf("Prescott", "Core2", "Nehalem")));
+#else
+  GTEST_SKIP() << "other processors have one set of kernels";
+#endif
+}
 
 // Debian's serial build fails here: it hands the same buffer to two threads about once in a
 // thousand to a million calls, so a lucky run of this test proves little, a failed one everything.
