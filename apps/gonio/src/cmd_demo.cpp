@@ -161,8 +161,8 @@ class Demo {
     MaterialResult result{material.name, material.family, {}, {}, {}};
     {
       const PhaseTimer timer(console_, "fitting three ways");
-      result.ours = fit(basis, patches.samples, *truth, basis::Method::ridge);
-      result.points = fit(basis, points.samples, *truth, basis::Method::ridge);
+      result.ours = fit(basis, patches.samples, *truth, basis::Method::automatic);
+      result.points = fit(basis, points.samples, *truth, basis::Method::automatic);
       result.published = fit(basis, points.samples, *truth, basis::Method::nielsen);
     }
     {

@@ -93,14 +93,14 @@ int evaluate(Context& context, const Options& options) {
     }
     contenders.push_back(std::move(contender));
   };
-  add(fmt::format("chosen {}, ridge", options.samples), {}, false);
+  add(fmt::format("chosen {}", options.samples), {}, false);
   if (!patch.is_point()) {
-    add(fmt::format("{} chosen as points, ridge", options.samples), {}, false);
+    add(fmt::format("{} chosen as points", options.samples), {}, false);
     contenders.back().chosen_as_points = true;
   }
   if (!options.directions.empty()) {
     const auto directions = usable_directions(context.console, options.directions);
-    add("given directions, ridge", directions, false);
+    add("given directions", directions, false);
     add("given directions, published", directions, true);
   }
   add("published ten, eta 40", design::published_set("nielsen-10").directions, true);

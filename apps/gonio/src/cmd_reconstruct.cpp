@@ -47,7 +47,7 @@ struct Options {
   std::string input;
   std::string basis;
   std::string out;
-  std::string method = "ridge";
+  std::string method = "auto";
   std::string eta = "auto";
   bool force = false;
 };
@@ -81,6 +81,7 @@ int reconstruct(Context& context, const Options& options) {
   record["basis"] = basis_record(basis);
   record["method"] = options.method;
   record["eta"] = options.eta;
+  record["kernel_share"] = fit.kernel_share;
   record["chi2_per_sample"] = fit.chi2_per_sample;
   record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
   brdf::write_merl(options.out, table, overwrite(options.force), json_line(record));
@@ -101,8 +102,8 @@ void add_reconstruct(const Command& root) {
                Need::required);
   command.text("--basis", options->basis, "Basis file", Need::required);
   command.text("--out", options->out, "MERL file to write", Need::required);
-  command.choice("--method", options->method, {"ridge", "nielsen"},
-                 "How to fit; nielsen is the published method");
+  command.choice("--method", options->method, {"auto", "ridge", "kernel", "nielsen"},
+                 "How to fit; auto weighs ridge and kernels by evidence, nielsen is as published");
   command.text("--eta", options->eta,
                "Ridge parameter: auto (from the samples' noise) or a number");
   command.force(options->force);

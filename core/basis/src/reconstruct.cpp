@@ -2,12 +2,15 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
 #include "gonio/errors/errors.h"
+#include "kernel_evidence.h"
 #include "noise_model.h"
+#include "normal_equations.h"
 
 namespace gonio::basis {
 namespace {
@@ -40,53 +43,15 @@ void check(const Basis& basis, const samples::SampleSet& set, const ReconstructO
   }
 }
 
-struct Solution {
-  Eigen::VectorXd coefficients;
-  double chi2 = 0.0;             ///< r^T R^-1 r
-  double innovation_chi2 = 0.0;  ///< y^T (R + A A^T/m)^-1 y
-};
-
-/// Minimises (y - A c)^T R^-1 (y - A c) + m c^T c. A pose's block of R is diagonal plus at most
-/// four columns, so that its inverse costs as much as a diagonal one (Woodbury).
-Solution solve(const detail::SampleRows& rows, const detail::MappedSamples& mapped, double m) {
-  const Eigen::VectorXd precision_root = mapped.variance.cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd a = precision_root.asDiagonal() * rows.a;
-  const Eigen::VectorXd y = precision_root.cwiseProduct(mapped.x - rows.mean);
-  const Eigen::MatrixXd v = precision_root.asDiagonal() * mapped.common;
-
-  const Eigen::Index k = a.cols();
-  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(k, k);
-  normal.diagonal().setConstant(m);
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(a.transpose());
-  Eigen::VectorXd right = a.transpose() * y;
-  double square = y.squaredNorm();  // becomes y^T R^-1 y
-
-  std::vector<Eigen::MatrixXd> projected_a;  // L^-1 V^T A per pose, L L^T = 1 + V^T V
-  std::vector<Eigen::VectorXd> projected_y;
-  for (const auto& members : rows.poses) {
-    const Eigen::MatrixXd v_pose = v(members, Eigen::all);
-    if ((v_pose.array() == 0.0).all()) continue;
-    const Eigen::LLT<Eigen::MatrixXd> small(Eigen::MatrixXd::Identity(v.cols(), v.cols()) +
-                                            v_pose.transpose() * v_pose);
-    projected_a.push_back(small.matrixL().solve(v_pose.transpose() * a(members, Eigen::all)));
-    projected_y.push_back(small.matrixL().solve(v_pose.transpose() * y(members)));
-    normal.selfadjointView<Eigen::Lower>().rankUpdate(projected_a.back().transpose(), -1.0);
-    right -= projected_a.back().transpose() * projected_y.back();
-    square -= projected_y.back().squaredNorm();
-  }
-
+Eigen::VectorXd ridge(const detail::NormalEquations& equations, double m) {
+  Eigen::MatrixXd normal = equations.information;
+  normal.diagonal().array() += m;
   const Eigen::LLT<Eigen::MatrixXd, Eigen::Lower> factor(normal);
-  Solution solution;
-  solution.coefficients = factor.solve(right);
-  if (factor.info() != Eigen::Success || !solution.coefficients.allFinite()) {
+  Eigen::VectorXd coefficients = factor.solve(equations.right);
+  if (factor.info() != Eigen::Success || !coefficients.allFinite()) {
     throw NumericalError("reconstruct: the normal equations are singular");
   }
-  solution.chi2 = (y - a * solution.coefficients).squaredNorm();
-  for (std::size_t i = 0; i < projected_a.size(); ++i) {
-    solution.chi2 -= (projected_y[i] - projected_a[i] * solution.coefficients).squaredNorm();
-  }
-  solution.innovation_chi2 = square - right.dot(solution.coefficients);
-  return solution;
+  return coefficients;
 }
 
 Eigen::VectorXd inverse_mapped(const LogMapping& mapping, const Eigen::VectorXd& x,
@@ -103,15 +68,80 @@ ReconstructOptions as_published(ReconstructOptions options) {
   return options;
 }
 
+/// One channel, linear: mapped, solved and mapped again where the mapping depends on the fit.
+struct ChannelFit {
+  detail::MappedSamples mapped;
+  detail::NormalEquations equations;
+  Eigen::VectorXd coefficients;
+  Eigen::VectorXd fitted;  ///< 1/sr at the samples
+};
+
+ChannelFit fit_linear(const Basis& basis, const detail::SampleRows& rows,
+                      const samples::SampleSet& set, int channel,
+                      const ReconstructOptions& options) {
+  ChannelFit fit;
+  fit.coefficients.setZero(rows.a.cols());
+  for (int round = 0; round <= options.relinearisations; ++round) {
+    fit.mapped =
+        detail::map_samples(basis, rows, set, channel, options, fit.coefficients, fit.fitted);
+    fit.equations = detail::normal_equations(rows, fit.mapped);
+    fit.coefficients = ridge(fit.equations, static_cast<double>(basis.row_count()));
+    fit.fitted = inverse_mapped(basis.mapping, rows.mean + rows.a * fit.coefficients, rows.weight);
+    if (!fit.mapped.depends_on_fit) break;
+  }
+  return fit;
+}
+
+/// What the linear fit is replaced by: every candidate's solution, weighed by its evidence.
+void fit_by_evidence(const Basis& basis, const detail::SampleRows& rows,
+                     const samples::SampleSet& set, const ReconstructOptions& options,
+                     std::array<ChannelFit, 3>& channels, Fit& fit) {
+  const auto equations_at = [&](double model_eta) {
+    ReconstructOptions trial = options;
+    trial.model_eta = model_eta;
+    std::array<detail::NormalEquations, 3> equations;
+    for (int channel = 0; channel < 3; ++channel) {
+      const ChannelFit& linear = channels[static_cast<std::size_t>(channel)];
+      equations[static_cast<std::size_t>(channel)] =
+          detail::normal_equations(rows, detail::map_samples(basis, rows, set, channel, trial,
+                                                             linear.coefficients, linear.fitted));
+    }
+    return equations;
+  };
+  detail::Evidence evidence = options.method == Method::kernel
+                                  ? detail::single_kernel(basis, equations_at(options.model_eta))
+                                  : detail::weigh_kernels(basis, equations_at, options.model_eta);
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    ChannelFit& one = channels[channel];
+    one.coefficients = evidence.coefficients.col(static_cast<Eigen::Index>(channel));
+    one.fitted = inverse_mapped(basis.mapping, rows.mean + rows.a * one.coefficients, rows.weight);
+  }
+  fit.left_out_residuals = std::move(evidence.left_out_residuals);
+  fit.kernel_share = evidence.kernel_share;
+}
+
 }  // namespace
 
-std::string_view to_string(Method method) { return method == Method::ridge ? "ridge" : "nielsen"; }
+std::string_view to_string(Method method) {
+  switch (method) {
+    case Method::automatic:
+      return "auto";
+    case Method::ridge:
+      return "ridge";
+    case Method::kernel:
+      return "kernel";
+    case Method::nielsen:
+      break;
+  }
+  return "nielsen";
+}
 
 Method method_from_string(std::string_view name) {
-  if (name == "ridge") return Method::ridge;
-  if (name == "nielsen") return Method::nielsen;
+  for (const Method method : {Method::automatic, Method::ridge, Method::kernel, Method::nielsen}) {
+    if (name == to_string(method)) return method;
+  }
   throw std::invalid_argument("reconstruction method '" + std::string(name) +
-                              "', expected ridge or nielsen");
+                              "', expected auto, ridge, kernel or nielsen");
 }
 
 Fit fit(const Basis& basis, const samples::SampleSet& set, const ReconstructOptions& wanted) {
@@ -122,31 +152,32 @@ Fit fit(const Basis& basis, const samples::SampleSet& set, const ReconstructOpti
   const Eigen::Index used =
       published ? std::min(n, basis.components.cols()) : basis.components.cols();
   const detail::SampleRows rows = detail::look_up(BasisRows(basis), set, used);
+  const double per_value = 1.0 / static_cast<double>(3 * n);
 
   Fit fit;
   fit.coefficients.setZero(basis.components.cols(), 3);
   fit.fitted_per_sr.resize(n, 3);
   fit.standardised.resize(n, 3);
+  std::array<ChannelFit, 3> channels;
   for (int channel = 0; channel < 3; ++channel) {
-    Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(used);
-    Eigen::VectorXd fitted;
-    detail::MappedSamples mapped;
-    Solution solution;
-    for (int round = 0; round <= options.relinearisations; ++round) {
-      mapped = detail::map_samples(basis, rows, set, channel, options, coefficients, fitted);
-      solution = solve(rows, mapped, static_cast<double>(basis.row_count()));
-      coefficients = solution.coefficients;
-      fitted = inverse_mapped(basis.mapping, rows.mean + rows.a * coefficients, rows.weight);
-      if (!mapped.depends_on_fit) break;
-    }
+    ChannelFit& one = channels[static_cast<std::size_t>(channel)];
+    one = fit_linear(basis, rows, set, channel, options);
+    // y^T (R + A A^T/m)^-1 y, by the matrix inversion lemma.
+    fit.innovation_chi2_per_sample +=
+        (one.equations.square - one.equations.right.dot(one.coefficients)) * per_value;
+  }
+  if (options.method == Method::kernel || options.method == Method::automatic) {
+    fit_by_evidence(basis, rows, set, options, channels, fit);
+  }
+  for (int channel = 0; channel < 3; ++channel) {
+    const ChannelFit& one = channels[static_cast<std::size_t>(channel)];
     const Eigen::VectorXd sigma =
-        (mapped.variance + mapped.common.rowwise().squaredNorm()).cwiseSqrt();
-    fit.coefficients.col(channel).head(used) = coefficients;
-    fit.fitted_per_sr.col(channel) = fitted;
+        (one.mapped.variance + one.mapped.common.rowwise().squaredNorm()).cwiseSqrt();
+    fit.coefficients.col(channel).head(used) = one.coefficients;
+    fit.fitted_per_sr.col(channel) = one.fitted;
     fit.standardised.col(channel) =
-        (mapped.x - rows.mean - rows.a * coefficients).cwiseQuotient(sigma);
-    fit.chi2_per_sample += solution.chi2 / static_cast<double>(3 * n);
-    fit.innovation_chi2_per_sample += solution.innovation_chi2 / static_cast<double>(3 * n);
+        (one.mapped.x - rows.mean - rows.a * one.coefficients).cwiseQuotient(sigma);
+    fit.chi2_per_sample += one.equations.chi2(one.coefficients) * per_value;
   }
   return fit;
 }

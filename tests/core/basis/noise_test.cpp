@@ -166,6 +166,7 @@ TEST(Noise, AnAngleErrorOfAPoseIsOneErrorScaledByTheSlopesAlongTheMean) {
     set.samples.push_back(sample);
   }
   ReconstructOptions options;
+  options.method = Method::ridge;
   options.model_eta = 1e-3;  // so small that the angle dominates
   options.relinearisations = 0;
   const Fit found = fit(basis, set, options);

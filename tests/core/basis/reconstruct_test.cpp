@@ -61,6 +61,7 @@ TEST(Reconstruct, RidgeEqualsItsKernelForm) {
   const Basis& basis = test::full_basis();
   const samples::SampleSet set = test::sample(test::material(40), ten_directions());
   ReconstructOptions options;
+  options.method = Method::ridge;
   options.eta = 3.0;
   const Fit found = fit(basis, set, options);
 
@@ -91,6 +92,7 @@ TEST(Reconstruct, IsThePosteriorMeanUnderCommonPoseNoise) {
   const Basis& basis = test::full_basis();
   const samples::SampleSet set = samples_of_poses();
   ReconstructOptions options;
+  options.method = Method::ridge;
   options.model_eta = 0.7;
   const Fit found = fit(basis, set, options);
 
@@ -236,8 +238,10 @@ TEST(Reconstruct, RefusesWhatItCannotUse) {
 }
 
 TEST(Reconstruct, KnowsItsMethodsByName) {
-  EXPECT_EQ(method_from_string("ridge"), Method::ridge);
-  EXPECT_EQ(method_from_string(to_string(Method::nielsen)), Method::nielsen);
+  EXPECT_EQ(method_from_string("auto"), Method::automatic);
+  for (const Method method : {Method::automatic, Method::ridge, Method::kernel, Method::nielsen}) {
+    EXPECT_EQ(method_from_string(to_string(method)), method);
+  }
   EXPECT_THROW(method_from_string("magic"), std::invalid_argument);
 }
 

@@ -11,8 +11,10 @@
 namespace gonio::basis {
 
 enum class Method {
-  ridge,   ///< posterior mean with each sample's own noise
-  nielsen  ///< as published: eta = 40 for every sample, k = n components, one iteration
+  automatic,  ///< ridge and kernels of several strengths, weighed by leave-one-out evidence
+  ridge,      ///< posterior mean with each sample's own noise
+  kernel,     ///< ridge plus a kernel of one fixed strength
+  nielsen     ///< as published: eta = 40 for every sample, k = n components, one iteration
 };
 
 std::string_view to_string(Method method);
@@ -20,7 +22,7 @@ std::string_view to_string(Method method);
 Method method_from_string(std::string_view name);
 
 struct ReconstructOptions {
-  Method method = Method::ridge;
+  Method method = Method::automatic;
   /// A fixed eta = m sigma^2 for every sample; empty: from the samples' own sigma, plus
   /// `model_eta` for what the basis cannot express.
   std::optional<double> eta;
@@ -40,11 +42,25 @@ struct Fit {
   /// y^T (R + A A^T/m)^-1 y / (3 n) of y = x - mu: about 1 when the material is like the training
   /// ones and the noise as stated, large when it is outside their span.
   double innovation_chi2_per_sample = 0.0;
+  /// Share of the kernels in the result: 0 for ridge, near 0 where the linear prior did better on
+  /// training materials that look like this one.
+  double kernel_share = 0.0;
+  /// m x k, of `kernel` and `automatic`: what is left of each training row, as coefficients, when
+  /// it is predicted the same way from samples like these without its own material. Holds for the
+  /// green channel's noise. Empty for the other methods.
+  Eigen::MatrixXd left_out_residuals;
 };
 
-/// Solves for one material, per channel: minimises (x - mu - A c)^T R^-1 (x - mu - A c) + m c^T c,
-/// the posterior mean for the prior c ~ N(0, I/m).
+/// Solves for one material, per channel.
 ///
+/// ridge    Minimises (x - mu - A c)^T R^-1 (x - mu - A c) + m c^T c: the posterior mean for the
+///          prior c ~ N(0, I/m).
+/// kernel   The same in dual form plus a term for likeness beyond the linear: training rows whose
+///          values at the samples come near the measured ones count more. The result stays a
+///          combination of training rows.
+/// auto     Several strengths of the kernel, none among them, at two model noises; each is weighed
+///          by how well it predicts the training materials that look like this one without their
+///          own rows. Papers and cloth come out near ridge, metals and plastics near the kernel.
 /// R        Mapped domain: diag(sigma_x^2 + model_eta/m), and for the samples of one pose what they
 ///          share: u_common, and the error of each angle times the slope of the current fit along
 ///          it (a pose has one position, whatever the number of its sub-samples). With options.eta:

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "normal_equations.h"
+
+namespace gonio::basis::detail {
+
+/// How far a kernel departs from ridge. Two materials whose samples differ by d (root mean square
+/// over the samples, nepers) are alike by amplitude / (1 + (d / length)^2) beyond what the linear
+/// prior knows, in units of the noise. Amplitude 0 is ridge.
+struct KernelShape {
+  double amplitude = 0.0;
+  double length = 0.7;
+};
+
+/// Kernel ridge regression from samples to coefficients over the training rows: the result is a
+/// combination of the rows, those most like the samples counting most. With Y = U A^T (what the
+/// samples would be on each training row),
+///
+///     K = Y R^-1 Y^T / m + amplitude / (1 + D / length^2),   alpha = (K + I)^-1 k(Y, y),
+///     c = U^T alpha.
+///
+/// Source  The linear part alone is ridge in its dual form (Saunders, Gammerman, Vovk, "Ridge
+///         Regression Learning Algorithm in Dual Variables", ICML 1998); the rational quadratic
+///         kernel with exponent 1: Rasmussen and Williams 2006, equation 4.19.
+class KernelSolve {
+ public:
+  /// `left_vectors`  U, m x k; m = its rows.
+  /// Throws NumericalError when K + I is not positive definite.
+  KernelSolve(const Eigen::MatrixXd& left_vectors, const NormalEquations& equations,
+              const KernelShape& shape);
+
+  /// k. The equations must be those of the constructor but for the values measured.
+  Eigen::VectorXd coefficients(const NormalEquations& equations) const;
+
+  /// What is left of each training row, as coefficients (m x k), when it is predicted from samples
+  /// like these without its own material's rows (three in a row belong together). The mean stays
+  /// that of all rows.
+  Eigen::MatrixXd leave_one_out() const;
+
+ private:
+  const Eigen::MatrixXd& left_vectors_;
+  KernelShape shape_;
+  double m_;
+  Eigen::VectorXd likeness_square_;  ///< m, u^T L u of every row
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+};
+
+}  // namespace gonio::basis::detail
