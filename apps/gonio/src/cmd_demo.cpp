@@ -194,7 +194,7 @@ class Demo {
     data.samples = fitted_samples(patches.samples, result.ours.fit);
     for (const std::string& warning : patches.warnings) data.warnings.push_back(warning);
     data.checks = self_checks(*result.ours.table, &result.ours.fit);
-    data.methods = {{"This measurement", "patches of 3 x 3 values per pose", result.ours.table,
+    data.methods = {{"This measurement", "patches of 5 x 5 values per pose", result.ours.table,
                      result.ours.comparison},
                     {"Points", "the same frames, one value per pose", result.points.table,
                      result.points.comparison},
@@ -286,7 +286,7 @@ int demo(Context& context, const Options& options) {
   folder.commit();
   context.console.result(
       table_text(results) +
-      "patches: 3 x 3 values per pose; points: the same frames reduced to one value per pose;\n"
+      "patches: 5 x 5 values per pose; points: the same frames reduced to one value per pose;\n"
       "published: Nielsen et al. 2015 (eta = 40, k = n) on these points.\n"
       "All on simulated sessions of analytic materials, each without its family in training.\n");
   context.console.result(fmt::format("Report: {}/index.html\n", out));

@@ -12,12 +12,21 @@ constexpr int kLargestGrid = 99;
 }  // namespace
 
 PatchGeometry PatchGeometry::of_half_width(double half_width_mm) {
-  constexpr double kLargestSquare_mm = 20.0;
+  constexpr double kLargestSquare_mm = 10.0;
+  constexpr int kLargestUsualGrid = 7;
   PatchGeometry patch;
   patch.half_width_mm = half_width_mm;
-  while (patch.grid < kLargestGrid && 2.0 * half_width_mm > patch.grid * kLargestSquare_mm) {
+  while (patch.grid < kLargestUsualGrid && 2.0 * half_width_mm > patch.grid * kLargestSquare_mm) {
     patch.grid += 2;
   }
+  return patch;
+}
+
+PatchGeometry PatchGeometry::coarse() const {
+  if (is_point() || grid <= 3) return *this;
+  PatchGeometry patch = *this;
+  patch.grid = 3;
+  patch.half_width_mm = half_width_mm * (grid - 1.0) / grid * 1.5;
   return patch;
 }
 

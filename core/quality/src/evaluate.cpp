@@ -101,7 +101,7 @@ class Fold {
     settings.seed = options_.seed;
     return design::choose_poses(basis_, importance_,
                                 {design::pose_grid(kPoseStepDeg, allowed), allowed, {}},
-                                contender.patch, settings)
+                                contender.patch.coarse(), settings)
         .poses;
   }
 

@@ -97,7 +97,7 @@ TEST(PoseInformation, IsThatOfCorrelatedSubSamples) {
   const basis::BasisRows rows(wavy_basis());
   const HalfDiff pose{
       Angle::from_degrees(20), Angle::from_degrees(40), Angle::from_degrees(70), {}};
-  const PatchGeometry patch = PatchGeometry::of_half_width(25.0);
+  const PatchGeometry patch = PatchGeometry::of_half_width(25.0).coarse();
   const PoseNoise noise{0.05, 0.1, 0.3};
   const std::vector<HalfDiff> directions = patch_directions(pose, patch);
   const Eigen::MatrixXd a = rows_at(rows, directions);
@@ -127,12 +127,28 @@ TEST(PatchGeometry, LetsCameraAndLampSeeTheCentreAsAsked) {
       Angle::from_degrees(20), Angle::from_degrees(40), Angle::from_degrees(70), {}};
   const std::vector<HalfDiff> directions =
       patch_directions(pose, PatchGeometry::of_half_width(25.0));
-  ASSERT_THAT(directions, SizeIs(9));
-  EXPECT_NEAR(directions[4].theta_h.degrees(), 20.0, kRounding);
-  EXPECT_NEAR(directions[4].theta_d.degrees(), 40.0, kRounding);
-  EXPECT_NEAR(directions[4].phi_d.degrees(), 70.0, kRounding);
-  EXPECT_EQ(PatchGeometry::of_half_width(50.0).grid, 5);
+  ASSERT_THAT(directions, SizeIs(25));
+  EXPECT_NEAR(directions[12].theta_h.degrees(), 20.0, kRounding);
+  EXPECT_NEAR(directions[12].theta_d.degrees(), 40.0, kRounding);
+  EXPECT_NEAR(directions[12].phi_d.degrees(), 70.0, kRounding);
+  EXPECT_EQ(PatchGeometry::of_half_width(50.0).grid, 7);
   EXPECT_EQ(PatchGeometry::of_half_width(12.0).grid, 3);
+}
+
+TEST(PatchGeometry, CoarseKeepsTheOutermostDirections) {
+  const HalfDiff pose{
+      Angle::from_degrees(20), Angle::from_degrees(40), Angle::from_degrees(70), {}};
+  const PatchGeometry fine = PatchGeometry::of_half_width(25.0);
+  const std::vector<HalfDiff> all = patch_directions(pose, fine);
+  const std::vector<HalfDiff> few = patch_directions(pose, fine.coarse());
+  ASSERT_THAT(few, SizeIs(9));
+  for (const auto& [of_few, of_all] : {std::pair{0, 0}, {2, 4}, {4, 12}, {6, 20}, {8, 24}}) {
+    const HalfDiff& a = few[static_cast<std::size_t>(of_few)];
+    const HalfDiff& b = all[static_cast<std::size_t>(of_all)];
+    EXPECT_NEAR(a.theta_h.degrees(), b.theta_h.degrees(), kRounding);
+    EXPECT_NEAR(a.phi_d.degrees(), b.phi_d.degrees(), kRounding);
+  }
+  EXPECT_TRUE(PatchGeometry{}.coarse().is_point());
 }
 
 TEST(PatchGeometry, LeavesOutWhatIsBelowTheHorizon) {
@@ -150,7 +166,7 @@ TEST(PatchGeometry, LeavesOutWhatIsBelowTheHorizon) {
 TEST(ChoosePoses, FindsTheBestTripleOfAll) {
   PoseCandidates candidates{pose_grid(15.0, anywhere_above_80_deg), {}, {}};
   candidates.poses.resize(26);
-  const PatchGeometry patch = PatchGeometry::of_half_width(25.0);
+  const PatchGeometry patch = PatchGeometry::of_half_width(25.0).coarse();
   const PoseDesignOptions options = options_for(3);
   double least = 1e300;
   for (std::size_t a = 0; a < 26; ++a) {
@@ -173,7 +189,7 @@ INSTANTIATE_TEST_SUITE_P(HalfWidths, ChoosePosesPatches, ::testing::Values(0.0, 
 
 TEST_P(ChoosePosesPatches, LeavesNoSwapThatHelps) {
   const PoseCandidates candidates{pose_grid(10.0, anywhere_above_80_deg), {}, {}};
-  const PatchGeometry patch = PatchGeometry::of_half_width(GetParam());
+  const PatchGeometry patch = PatchGeometry::of_half_width(GetParam()).coarse();
   PoseDesignOptions options = options_for(5);
   options.start_candidates = 100;  // the last word is spoken over all of them
   const PoseDesign design = choose_poses(wavy_basis(), importance(), candidates, patch, options);
@@ -214,7 +230,7 @@ TEST(ChoosePoses, RefinesBetweenTheGridAndOnlyWhereAllowed) {
   const auto allowed = [](const HalfDiff& pose) {
     return anywhere_above_80_deg(pose) && pose.theta_d.degrees() > 33.0;
   };
-  const PatchGeometry patch = PatchGeometry::of_half_width(25.0);
+  const PatchGeometry patch = PatchGeometry::of_half_width(25.0).coarse();
   PoseCandidates candidates{pose_grid(15.0, allowed), {}, {}};
   PoseDesignOptions options = options_for(4);
   options.refine_step_deg = 3.0;
@@ -250,8 +266,8 @@ TEST(ChoosePoses, GivesTheSameBytesForAnyNumberOfThreads) {
   options.starts = 3;
   const auto run = [&](unsigned threads) {
     parallel::set_thread_count(threads);
-    return choose_poses(wavy_basis(), importance(), candidates, PatchGeometry::of_half_width(25.0),
-                        options);
+    return choose_poses(wavy_basis(), importance(), candidates,
+                        PatchGeometry::of_half_width(25.0).coarse(), options);
   };
   const PoseDesign one = run(1);
   const PoseDesign three = run(3);

@@ -13,7 +13,7 @@ namespace gonio::acquisition {
 /// How frames become samples (reconstruction.md section 10 of the design: a frame is a patch of
 /// directions).
 struct ReductionOptions {
-  int grid = 3;  ///< grid x grid sub-samples per pose; 1: the centre only
+  int grid = 5;  ///< grid x grid sub-samples per pose; 1: the centre only
   double sample_half_width_mm = 25.0;
   double edge_margin_mm = 2.0;       ///< kept clear of the sample's edge
   double spot_half_width_mm = 2.0;   ///< pixels within it are averaged to one sub-sample
