@@ -124,6 +124,29 @@ TEST_F(BadInput, RefusesPosesThatDoNotBelongToTheirDirections) {
           {"edited.csv", "joints do not realise"});
 }
 
+TEST_F(BadInput, NamesWhatCannotBeAppendedToABasis) {
+  ASSERT_EQ(run_gonio({"train", "builtin:slate", "builtin:gold-satin", "--out", "basis.h5"},
+                      folder.path())
+                .exit_code,
+            0);
+  const auto append = [](const std::string& basis, const std::string& material) {
+    return std::vector<std::string>{"train", "--append", basis, material, "--out", "more.h5"};
+  };
+  refused(append("missing.h5", "builtin:red-pmma"), {"missing.h5"});
+  folder.write("text.h5", "components");
+  refused(append("text.h5", "builtin:red-pmma"), {"text.h5", "not a readable HDF5 file"});
+  refused(append("basis.h5", "builtin:slate"), {"\"slate\"", "already in basis.h5"});
+  folder.write("merl.binary", merl_file(0.5));
+  refused(append("basis.h5", "merl.binary"), {"scale merl", "basis.h5 is in scale si"});
+  refused({"train", "--append", "basis.h5", "builtin:red-pmma", "--out", "basis.h5", "--force"},
+          {"basis.h5", "is an input"});
+  folder.write("other.binary", merl_file(0.6));
+  refused({"train", "merl.binary", "other.binary", "--out", "merl.binary", "--force"},
+          {"merl.binary", "is an input"});
+  refused({"train", "builtin", "--components", "0", "--out", "more.h5"}, {"--components"});
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "more.h5"));
+}
+
 TEST_F(BadInput, NamesTheRowOfBadSamples) {
   ASSERT_EQ(run_gonio({"train", "builtin:slate", "builtin:gold-satin", "builtin:red-pmma", "--out",
                        "basis.h5"},

@@ -88,6 +88,14 @@ TEST_F(Workflow, LeadsFromMaterialsToAReconstructionAndAReport) {
   EXPECT_THAT(folder.read("spheres.png"), testing::StartsWith("\x89PNG"));
 }
 
+TEST_F(Workflow, AddsMaterialsToABasisWithoutTheOldOnes) {
+  train();
+  run({"train", "--append", "basis.h5", "builtin:red-pmma", "builtin:graphite-metallic", "--out",
+       "more.h5"});
+  run({"plan", "--basis", "more.h5", "--samples", "4", "--out", "list-of-more.csv"});
+  EXPECT_THAT(folder.read("list-of-more.csv"), HasSubstr("(12 materials)"));
+}
+
 TEST_F(Workflow, GivesTheSameBytesWithOneAndTwoThreads) {
   train();
   for (const std::string n : {"1", "2"}) {

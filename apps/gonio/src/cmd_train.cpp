@@ -1,8 +1,11 @@
 #include <fmt/format.h>
 
+#include <optional>
+
 #include "command.h"
 #include "gonio/basis/basis_file.h"
 #include "materials_input.h"
+#include "outputs.h"
 
 namespace gonio::cli {
 namespace {
@@ -10,26 +13,58 @@ namespace {
 struct Options {
   std::vector<std::string> inputs;
   std::string out;
-  int components = basis::kDefaultComponents;
+  std::string append;
+  int components = 0;  ///< 0: kDefaultComponents, or as many as the basis appended to has
   std::vector<std::string> excluded;
   bool force = false;
 };
 
+/// Before the long work: what append() would refuse at its end.
+void require_appendable(const basis::Basis& old, const TrainingInput& input,
+                        const std::string& file) {
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    for (const basis::MaterialId& id : old.materials) {
+      if (id.name == input.name(i)) {
+        throw UsageError(fmt::format("material \"{}\" is already in {}", id.name, file));
+      }
+    }
+  }
+}
+
 int train(Context& context, const Options& options) {
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.append});
   const TrainingInput input = training_input(options.inputs, options.excluded);
-  if (input.size() < 2) {
-    throw UsageError(fmt::format("found {} material{} to train on, expected at least 2",
-                                 input.size(), input.size() == 1 ? "" : "s"));
+  for (const basis::MaterialFile& file : input.files) {
+    require_output(options.out, options.force, {file.path.string()});
+  }
+  const std::size_t fewest = options.append.empty() ? 2 : 1;
+  if (input.size() < fewest) {
+    throw UsageError(fmt::format("found {} material{} to train on, expected at least {}",
+                                 input.size(), input.size() == 1 ? "" : "s", fewest));
+  }
+  std::optional<basis::Basis> old;
+  if (!options.append.empty()) {
+    const PhaseTimer timer(context.console, "reading the basis");
+    old = basis::read_basis(options.append);
+    require_appendable(*old, input, options.append);
   }
   const auto set = [&] {
     const PhaseTimer timer(context.console, "reading materials");
     return load_training_set(input);
   }();
+  if (old && old->scale != set.scale()) {
+    throw UsageError(fmt::format("materials in scale {}, {} is in scale {}",
+                                 brdf::to_string(set.scale()), options.append,
+                                 brdf::to_string(old->scale)));
+  }
   context.check_stop();
+  const int wanted = options.components > 0 ? options.components
+                     : old                  ? old->component_count()
+                                            : basis::kDefaultComponents;
   const basis::Basis basis = [&] {
     const PhaseTimer timer(context.console, "training");
-    return basis::train(set, basis::centred_gram(set), options.components);
+    return old ? basis::append(*old, set, wanted)
+               : basis::train(set, basis::centred_gram(set), wanted);
   }();
   context.check_stop();
   {
@@ -39,9 +74,19 @@ int train(Context& context, const Options& options) {
   context.console.say(fmt::format("{}: {} components of {} materials, scale {}", options.out,
                                   basis.component_count(), basis.materials.size(),
                                   brdf::to_string(basis.scale)));
-  if (basis.component_count() < options.components) {
-    context.console.say(fmt::format("  {} were asked for; {} materials have no more",
-                                    options.components, basis.materials.size()));
+  if (basis.component_count() < wanted) {
+    context.console.say(
+        fmt::format("  {} were asked for; {}", wanted,
+                    old ? fmt::format("beyond, {} had left out too much", options.append)
+                        : fmt::format("{} materials have no more", basis.materials.size())));
+  }
+  if (old && old->component_count() < old->row_count() - 1) {
+    const double kept = old->singular_values.head(old->component_count()).squaredNorm() /
+                        old->singular_values.squaredNorm();
+    context.console.say(fmt::format(
+        "  the {} old materials enter as the {} components of {} have them, {:.3f} % of their "
+        "variance",
+        old->materials.size(), old->component_count(), options.append, 100.0 * kept));
   }
   return kSuccess;
 }
@@ -56,7 +101,11 @@ void add_train(const Command& root) {
   command.texts("FILES_OR_DIRS", options->inputs,
                 "MERL files, folders of them, \"builtin\" or \"builtin:NAME\"", Need::required);
   command.text("--out", options->out, "Basis file to write (HDF5)", Need::required);
-  command.integer("--components", options->components, 1, 10000, "Number of components");
+  command.text("--append", options->append,
+               "Add the materials to this basis instead, without the files it was trained on");
+  command.integer("--components", options->components, 1, 10000,
+                  fmt::format("Number of components (default {}; with --append as before)",
+                              basis::kDefaultComponents));
   command.texts("--exclude", options->excluded,
                 "Leave out materials by name, or \"family:NAME\" of built-in ones");
   command.force(options->force);

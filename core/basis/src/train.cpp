@@ -1,22 +1,19 @@
 #include <cblas.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "centred_block.h"
 #include "gonio/basis/basis.h"
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
+#include "spectrum.h"
 
 namespace gonio::basis {
 namespace {
-
-/// Eigenvalues below this share of the first are rounding of the float32 products.
-constexpr double kRankTolerance = 1e-8;
 
 void check_materials(const TrainingSet& set, const Eigen::MatrixXd& gram,
                      std::span<const std::size_t> materials, int component_count) {
@@ -64,36 +61,20 @@ Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
             std::span<const std::size_t> materials, int component_count) {
   check_materials(set, gram, materials, component_count);
   const Eigen::MatrixXd centred = subset_gram(gram, materials);
-  if (!centred.allFinite()) throw NumericalError("training: the Gram matrix is not finite");
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(centred);
-  if (solver.info() != Eigen::Success) {
-    throw NumericalError("training: the eigenvalues of the Gram matrix did not converge");
-  }
-
+  detail::Spectrum spectrum = detail::spectrum_of(centred, component_count);
   const Eigen::Index m = centred.rows();
-  const Eigen::VectorXd eigenvalues = solver.eigenvalues().reverse();
-  const Eigen::Index rank =
-      (eigenvalues.head(m - 1).array() > std::max(kRankTolerance * eigenvalues[0], 0.0)).count();
-  if (rank == 0) throw NumericalError("training: all materials are the same");
-  const Eigen::Index k = std::min<Eigen::Index>(component_count, rank);
+  const Eigen::Index k = spectrum.left_vectors.cols();
+  // Row-major, as the product below wants it.
+  const RowMajorMatrixXf directions = spectrum.left_vectors.cast<float>();
 
   Basis basis;
-  basis.left_vectors = solver.eigenvectors().rightCols(k).rowwise().reverse();
-  // Exactly centred: rounding of the strongest component leaves a mean in the weakest.
-  basis.left_vectors.rowwise() -= basis.left_vectors.colwise().mean().eval();
-  for (Eigen::Index j = 0; j < k; ++j) {
-    Eigen::Index largest = 0;
-    basis.left_vectors.col(j).cwiseAbs().maxCoeff(&largest);
-    if (basis.left_vectors(largest, j) < 0.0) basis.left_vectors.col(j) *= -1.0;
-  }
-  const RowMajorMatrixXf directions = basis.left_vectors.cast<float>();  // as the product wants it
-
+  basis.singular_values = std::move(spectrum.singular_values);
+  basis.left_vectors = std::move(spectrum.left_vectors);
   basis.mapping = set.mapping();
   basis.scale = set.scale();
   for (const std::size_t material : materials) {
     basis.materials.push_back(set.materials()[material]);
   }
-  basis.singular_values = eigenvalues.head(m - 1).cwiseMax(0.0).cwiseSqrt();
   const std::size_t p = set.cells().size();
   basis.mean.resize(static_cast<Eigen::Index>(p));
   basis.components.resize(static_cast<Eigen::Index>(p), k);

@@ -62,6 +62,13 @@ std::span<const float> TrainingSet::row(std::size_t material, int channel) const
       .subspan(static_cast<std::size_t>(channel) * p, p);
 }
 
+std::span<const std::uint32_t> TrainingSet::missing(std::size_t material) const {
+  if (material >= mapped_.size()) {
+    throw std::invalid_argument("TrainingSet::missing: no such material");
+  }
+  return mapped_[material].missing;
+}
+
 void TrainingSet::add(MaterialId id, const BrdfTable& table) {
   check_new_name(id.name);
   check_table(table, scale_, id.name);

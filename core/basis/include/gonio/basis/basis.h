@@ -46,6 +46,22 @@ Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
 Basis train(const TrainingSet& set, const Eigen::MatrixXd& gram,
             int component_count = kDefaultComponents);
 
+/// Adds a set's materials to a basis without the files it was trained on.
+///
+/// Exact up to what the basis had left out: with all m - 1 components it equals training on all
+/// materials at once; otherwise an old material enters as its truncation mean + Q u. Components no
+/// stronger than the strongest that was left out are not known and are not kept, and the singular
+/// values of what was left out stand on behind the kept ones. A cell that a new material misses
+/// takes the old mean, not the new materials'.
+///
+/// Cost     p (k + 3 n)^2 multiply-adds for n new materials; no copy of either.
+/// Throws   std::invalid_argument for another scale or mapping, a name the basis already has, no
+///          material, a component count below 1; NumericalError as train().
+/// Source   M. Brand, "Fast low-rank modifications of the thin singular value decomposition",
+///          Linear Algebra and its Applications 415, 2006: appended rows and the changed mean; by
+///          the Gram matrix of [Q, new rows] instead of a QR decomposition.
+Basis append(const Basis& basis, const TrainingSet& added, int component_count);
+
 /// Rows of Q and mu at a measured direction: interpolated trilinearly, never snapped to a cell.
 struct BasisRow {
   Eigen::VectorXd q;  ///< k

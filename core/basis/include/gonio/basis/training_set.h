@@ -61,6 +61,9 @@ class TrainingSet {
   /// Mapped values of one channel of a material, cells().size() long.
   std::span<const float> row(std::size_t material, int channel) const;
 
+  /// Positions in cells() where the material has no value of its own, ascending.
+  std::span<const std::uint32_t> missing(std::size_t material) const;
+
   /// Mapping weights of the cells, cells().size() long.
   std::span<const float> weights() const { return weights_; }
 
