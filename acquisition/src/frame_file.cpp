@@ -7,6 +7,7 @@
 
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
+#include "gonio/files/input_file.h"
 #include "gonio/files/sha256.h"
 
 namespace gonio::acquisition {
@@ -61,6 +62,7 @@ std::string write_frame_file(const std::filesystem::path& path, const devices::F
 std::vector<std::uint16_t> read_frame_file(const std::filesystem::path& path, int width_px,
                                            int height_px) {
   silence_libtiff();
+  files::require_regular_file(path);
   const Tiff tiff(TIFFOpen(path.c_str(), "r"));
   if (!tiff) throw DataFormatError(path, "byte 0", "not a readable TIFF file");
   std::uint32_t width = 0;

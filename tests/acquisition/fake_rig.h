@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "directions_deg.h"
+#include "example_instrument.h"
 #include "gonio/acquisition/session.h"
 
 namespace gonio::acquisition {
@@ -141,19 +143,12 @@ class FakeChanger final : public devices::TargetChanger {
 /// A whole LA-2 of them with a 32 x 32 px camera that sees 64 mm.
 struct FakeRig {
   FakeRig() {
-    known.id = "fake";
-    known.rig = rig::la2();
-    known.camera = {.width_px = 32,
-                    .height_px = 32,
-                    .fx_px = 175.0,
-                    .fy_px = 175.0,
-                    .cx_px = 15.5,
-                    .cy_px = 15.5};
-    known.sensor = {.gain_dn_per_e = 0.39,
-                    .read_noise_e = 2.4,
-                    .full_well_e = 10500.0,
-                    .black_level_dn = 64.0,
-                    .saturation_dn = 4095.0};
+    known.camera.width_px = 32;
+    known.camera.height_px = 32;
+    known.camera.fx_px = known.camera.fy_px = 175.0;
+    known.camera.cx_px = known.camera.cy_px = 15.5;
+    known.sensor.dark_current_e_per_s = 0.0;
+    known.sensor.prnu = 0.0;
     known.white.reflectance = {1.0, 1.0, 1.0};
     for (const rig::Axis& axis : known.rig.axes) {
       stages.push_back(std::make_unique<FakeStage>(axis));
@@ -170,18 +165,10 @@ struct FakeRig {
     return set;
   }
   MeasurementPlan plan(const std::vector<std::array<double, 3>>& directions_deg) const {
-    std::vector<samples::Direction> directions;
-    for (const auto& degrees : directions_deg) {
-      samples::Direction direction;
-      direction.angles.theta_h = Angle::from_degrees(degrees[0]);
-      direction.angles.theta_d = Angle::from_degrees(degrees[1]);
-      direction.angles.phi_d = Angle::from_degrees(degrees[2]);
-      directions.push_back(direction);
-    }
-    return make_plan(rig::Inverse(known.rig), directions, 1.0, 10.0);
+    return make_plan(rig::Inverse(known.rig), direction_list_deg(directions_deg), 1.0, 10.0);
   }
 
-  instrument::Instrument known;
+  instrument::Instrument known = instrument::example_instrument();
   std::vector<std::unique_ptr<FakeStage>> stages;
   FakeClock clock;
   FakeLight light;

@@ -1,54 +1,9 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cstring>
 
-#include "gonio/brdf/merl_lattice.h"
-#include "gonio_process.h"
+#include "bad_input.h"
 
 namespace gonio {
 namespace {
-
-using testing::HasSubstr;
-using testing::StartsWith;
-
-constexpr std::size_t kHeaderBytes = 12;
-const std::size_t kPlaneValues = brdf::lattice::kCells;
-
-/// A MERL file of one value throughout.
-std::string merl_file(double value) {
-  std::string bytes(kHeaderBytes + 3 * kPlaneValues * sizeof(double), '\0');
-  const std::int32_t dimensions[3] = {90, 90, 180};
-  std::memcpy(bytes.data(), dimensions, sizeof dimensions);
-  for (std::size_t i = 0; i < 3 * kPlaneValues; ++i) {
-    std::memcpy(bytes.data() + kHeaderBytes + i * sizeof value, &value, sizeof value);
-  }
-  return bytes;
-}
-
-const char* const kHeader = "theta_h_deg,theta_d_deg,phi_d_deg\n";
-const char* const kSampleHeader = "theta_h_deg,theta_d_deg,phi_d_deg,r,g,b\n";
-
-class BadInput : public testing::Test {
- protected:
-  /// Runs it; expects exit code 2, one line that holds all `words`, and a folder left as it was.
-  void refused(const std::vector<std::string>& arguments, const std::vector<std::string>& words) {
-    const std::vector<std::string> before = folder.names();
-    const Ended ended = run_gonio(arguments, folder.path());
-    EXPECT_EQ(ended.exit_code, 2) << ended.error;
-    EXPECT_EQ(ended.out, "");
-    EXPECT_THAT(ended.error, StartsWith("gonio: "));
-    for (const std::string& word : words) EXPECT_THAT(ended.error, HasSubstr(word));
-    // A hint, indented, may follow the one line of the error.
-    const std::size_t second = ended.error.find('\n') + 1;
-    EXPECT_TRUE(second == ended.error.size() || ended.error.compare(second, 2, "  ") == 0)
-        << ended.error;
-    EXPECT_EQ(folder.names(), before) << "something was left behind";
-  }
-
-  TemporaryFolder folder;
-};
 
 TEST_F(BadInput, NamesFileAndByteOfABrokenMerlFile) {
   std::string bytes = merl_file(1.0);

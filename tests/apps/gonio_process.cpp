@@ -1,22 +1,20 @@
 #include "gonio_process.h"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
 #include <stdexcept>
 
 namespace gonio {
 
 GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
-                           const std::filesystem::path& folder) {
+                           const std::filesystem::path& folder, std::uint64_t max_file_bytes) {
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe");
   std::string name = (std::filesystem::temp_directory_path() / "gonio-out-XXXXXX").string();
@@ -34,6 +32,8 @@ GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
         ::dup2(pipe[1], 2) < 0) {
       ::_exit(126);
     }
+    const rlimit limit{max_file_bytes, max_file_bytes};
+    if (max_file_bytes > 0 && ::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(126);
     ::execv(argv[0], argv.data());
     ::_exit(127);
   }
@@ -87,38 +87,9 @@ Ended GonioProcess::wait() {
   return ended;
 }
 
-Ended run_gonio(const std::vector<std::string>& arguments, const std::filesystem::path& folder) {
-  return GonioProcess(arguments, folder).wait();
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "gonio-cli-XXXXXX").string();
-  if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make " + pattern);
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
-
-std::vector<std::string> TemporaryFolder::names() const {
-  std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(path_)) {
-    names.push_back(entry.path().filename().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
-void TemporaryFolder::write(const std::string& name, const std::string& text) const {
-  std::ofstream(path_ / name, std::ios::binary) << text;
-}
-
-std::string TemporaryFolder::read(const std::string& name) const {
-  std::ostringstream text;
-  text << std::ifstream(path_ / name, std::ios::binary).rdbuf();
-  return text.str();
+Ended run_gonio(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                std::uint64_t max_file_bytes) {
+  return GonioProcess(arguments, folder, max_file_bytes).wait();
 }
 
 }  // namespace gonio

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -16,9 +17,12 @@ struct Ended {
 };
 
 /// A running `gonio`, standard error on a pipe.
+///
+/// `max_file_bytes`  What `ulimit -f` sets: no file may become longer. 0: no limit.
 class GonioProcess {
  public:
-  GonioProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder);
+  GonioProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+               std::uint64_t max_file_bytes = 0);
   ~GonioProcess();
   GonioProcess(const GonioProcess&) = delete;
   GonioProcess& operator=(const GonioProcess&) = delete;
@@ -37,23 +41,7 @@ class GonioProcess {
   std::string error_;
 };
 
-Ended run_gonio(const std::vector<std::string>& arguments, const std::filesystem::path& folder);
-
-/// A fresh folder, removed at the end.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-  /// Names in it, sorted, hidden ones as well.
-  std::vector<std::string> names() const;
-  void write(const std::string& name, const std::string& text) const;
-  std::string read(const std::string& name) const;
-
- private:
-  std::filesystem::path path_;
-};
+Ended run_gonio(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
+                std::uint64_t max_file_bytes = 0);
 
 }  // namespace gonio

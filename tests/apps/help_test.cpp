@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "gonio_process.h"
+#include "temporary_folder.h"
 
 namespace gonio {
 namespace {

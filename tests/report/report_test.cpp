@@ -13,8 +13,10 @@
 #include <string>
 #include <vector>
 
+#include "directions_deg.h"
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
+#include "temporary_folder.h"
 
 namespace gonio::report {
 namespace {
@@ -31,11 +33,6 @@ std::shared_ptr<const brdf::BrdfTable> table(const brdf::Rgb& colour, double glo
   return made;
 }
 
-brdf::HalfDiff angles(double theta_h, double theta_d, double phi_d) {
-  return {Angle::from_degrees(theta_h), Angle::from_degrees(theta_d), Angle::from_degrees(phi_d),
-          Angle()};
-}
-
 /// A page with everything on it. Tables are made once: they are what takes time.
 const ReportData& full_data() {
   static const ReportData data = [] {
@@ -50,10 +47,11 @@ const ReportData& full_data() {
     const auto worse = table({0.3, 0.3, 0.3}, 0.5);
     d.methods.push_back({"Another method", "", worse, quality::compare(*d.truth, *worse)});
     for (int pose = 0; pose < 2; ++pose) {
-      d.poses.push_back({pose, angles(5.0 + 20.0 * pose, 30.0, 60.0), 'A', "Measured", 2.0, 1.0});
+      d.poses.push_back(
+          {pose, half_diff_deg(5.0 + 20.0 * pose, 30.0, 60.0), 'A', "Measured", 2.0, 1.0});
       for (int k = 0; k < 3; ++k) {
         FittedSample s;
-        s.sample.direction = angles(5.0 + 20.0 * pose + k, 30.0, 60.0);
+        s.sample.direction = half_diff_deg(5.0 + 20.0 * pose + k, 30.0, 60.0);
         s.sample.pose = pose;
         s.sample.value_per_sr = brdf::Rgb(0.1, 0.2, 0.4);
         s.sample.sigma_per_sr = brdf::Rgb(0.01, 0.01, 0.02);
@@ -62,7 +60,7 @@ const ReportData& full_data() {
         d.samples.push_back(s);
       }
     }
-    d.refused.push_back({angles(2.84, 89.0, 15.0), "BELOW_HORIZON: theta_i 91.7 deg"});
+    d.refused.push_back({half_diff_deg(2.84, 89.0, 15.0), "BELOW_HORIZON: theta_i 91.7 deg"});
     d.timing = {{"travel", 30.0}, {"exposure", 10.0}};
     d.checks = {{"Energy", CheckStatus::passed, "Largest albedo 0.7."}};
     d.warnings = {"white drifted by 0.4 %"};
@@ -306,16 +304,12 @@ TEST(Report, RefusesToStartWithoutAResult) {
 }
 
 TEST(Report, IsNotWrittenOverAnExistingFileUnlessTold) {
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / "gonio_report_exists.html";
-  std::filesystem::remove(path);
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder / "report.html";
   write_report(path, full_data());
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  EXPECT_TRUE(text.str() == html(full_data()));
+  EXPECT_TRUE(read_bytes(path) == html(full_data()));
   EXPECT_THROW(write_report(path, full_data()), FileError);
   write_report(path, full_data(), files::Overwrite::Yes);
-  std::filesystem::remove(path);
 }
 
 }  // namespace

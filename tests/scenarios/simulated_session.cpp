@@ -1,4 +1,5 @@
 #include "simulated_session.h"
+#include "directions_deg.h"
 
 namespace gonio {
 
@@ -48,15 +49,8 @@ acquisition::DeviceSet devices_of(sim::SimGoniometer& world) {
 
 acquisition::MeasurementPlan plan_of(const instrument::Instrument& instrument,
                                      const std::vector<std::array<double, 3>>& directions_deg) {
-  std::vector<samples::Direction> directions;
-  for (const auto& degrees : directions_deg) {
-    samples::Direction direction;
-    direction.angles.theta_h = Angle::from_degrees(degrees[0]);
-    direction.angles.theta_d = Angle::from_degrees(degrees[1]);
-    direction.angles.phi_d = Angle::from_degrees(degrees[2]);
-    directions.push_back(direction);
-  }
-  return acquisition::make_plan(rig::Inverse(instrument.rig), directions, 5.0, 60.0);
+  return acquisition::make_plan(rig::Inverse(instrument.rig), direction_list_deg(directions_deg),
+                                5.0, 60.0);
 }
 
 }  // namespace gonio

@@ -104,9 +104,9 @@ void add_measure(const Command& root) {
   command.text("--calibration", options->calibration, "Instrument constants");
   command.text("--material", options->material,
                "What lies on a simulated rig: a MERL file or builtin:NAME");
-  command.text("--sample-id", options->labels.sample_id, "Stored with the session");
-  command.text("--operator", options->labels.operator_name, "Stored with the session");
-  command.text("--note", options->labels.note, "Stored with the session");
+  command.label("--sample-id", options->labels.sample_id, "Stored with the session");
+  command.label("--operator", options->labels.operator_name, "Stored with the session");
+  command.label("--note", options->labels.note, "Stored with the session");
   command.seed(options->seed, "Of the simulated world");
   command.flag("--skip-unreachable", options->skip_unreachable,
                "Leave out directions the rig cannot measure");

@@ -6,6 +6,7 @@
 #include "command.h"
 #include "json_text.h"
 #include "planning.h"
+#include "printable.h"
 #include "session_run.h"
 
 namespace gonio::cli {
@@ -42,18 +43,20 @@ int status(Context& context, const Options& options) {
     for (const auto& [kind, count] : frames)
       text += fmt::format("frames           {:4} {}\n", count, kind);
     for (const auto& [key, value] : archive.metadata()) {
-      if (!value.empty()) text += fmt::format("{:<24} {}\n", key, value);
+      if (!value.empty())
+        text += fmt::format("{:<24} {}\n", printable_line(key), printable_line(value));
     }
     for (const auto& point : archive.points()) {
       text += fmt::format("point {:3}  {:<32} {}{}{}\n", point.point, to_text(point.commanded),
                           acquisition::to_string(point.outcome), point.note.empty() ? "" : ": ",
-                          point.note);
+                          printable_line(point.note));
     }
     for (const auto& note : archive.notes()) {
       text += fmt::format("{:8.1f} s  {}: {}\n", std::chrono::duration<double>(note.at).count(),
-                          note.kind, note.text);
+                          printable_line(note.kind), printable_line(note.text));
     }
-    for (const std::string& damage : archive.damage()) text += "damaged: " + damage + "\n";
+    for (const std::string& damage : archive.damage())
+      text += "damaged: " + printable_line(damage) + "\n";
     context.console.result(text);
   }
   return archive.finished() && archive.damage().empty() ? kSuccess : kIncompleteSession;

@@ -53,6 +53,8 @@ class Command {
   void flag(const std::string& name, bool& value, const std::string& help) const;
   void text(const std::string& name, std::string& value, const std::string& help,
             Need need = Need::optional) const;
+  /// Text that is stored and shown later: control characters are refused.
+  void label(const std::string& name, std::string& value, const std::string& help) const;
   void texts(const std::string& name, std::vector<std::string>& values, const std::string& help,
              Need need = Need::optional) const;
   void integer(const std::string& name, int& value, int min, int max,

@@ -2,10 +2,13 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
+#include <limits>
 
 #include "command.h"
 #include "gonio/parallel/parallel.h"
 #include "gonio/version/version.h"
+#include "printable.h"
 #include "stop_signals.h"
 #include "suggest.h"
 
@@ -119,6 +122,13 @@ void Command::text(const std::string& name, std::string& value, const std::strin
   mark(app_->add_option(name, value, help), need, !value.empty());
 }
 
+void Command::label(const std::string& name, std::string& value, const std::string& help) const {
+  app_->add_option(name, value, help)->check([](const std::string& text) -> std::string {
+    if (find_unprintable(text) == std::string::npos) return "";
+    return "found \"" + printable_line(text) + "\", expected no control characters";
+  });
+}
+
 void Command::texts(const std::string& name, std::vector<std::string>& values,
                     const std::string& help, Need need) const {
   mark(app_->add_option(name, values, help), need, false);
@@ -137,7 +147,15 @@ void Command::number(const std::string& name, double& value, double min, double 
 }
 
 void Command::seed(std::uint64_t& value, const std::string& help) const {
-  mark(app_->add_option("--seed", value, help), Need::optional, true);
+  // CLI11 itself takes -1 for the largest number of all.
+  const auto whole_number = [](const std::string& text) -> std::string {
+    std::uint64_t parsed = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parsed);
+    if (error == std::errc() && end == text.data() + text.size()) return "";
+    return fmt::format("found {}, expected a whole number from 0 to {}", text,
+                       std::numeric_limits<std::uint64_t>::max());
+  };
+  mark(app_->add_option("--seed", value, help)->check(whole_number), Need::optional, true);
 }
 
 void Command::choice(const std::string& name, std::string& value,

@@ -7,7 +7,9 @@
 #include <optional>
 
 #include "gonio/errors/errors.h"
+#include "printable.h"
 #include "suggest.h"
+#include "toml_limits.h"
 
 namespace gonio::cli {
 namespace {
@@ -83,6 +85,17 @@ struct ConfigReader::State {
     return *value;
   }
 
+  /// Names end up in journals, tables and CSV comments, where a line end would begin a new one.
+  std::string text_in(const toml::node& node, const std::string& key) const {
+    if (!node.is_string()) wrong_type(node, key, "text");
+    std::string text = *node.value<std::string>();
+    if (find_unprintable(text) != std::string::npos) {
+      refuse(line_at(node), full(key),
+             fmt::format("found \"{}\", expected no control characters", printable_line(text)));
+    }
+    return text;
+  }
+
   void check_unknown() const {
     const Level& level = levels.back();
     if (level.node == nullptr) return;
@@ -105,6 +118,7 @@ struct ConfigReader::State {
 ConfigReader::ConfigReader(const std::string& text, const std::filesystem::path& file)
     : state_(std::make_unique<State>()) {
   state_->file = file;
+  require_parsable(text, file);
   try {
     state_->root = toml::parse(text);
   } catch (const toml::parse_error& error) {
@@ -179,8 +193,7 @@ void ConfigReader::flag(const std::string& key, bool& value, std::string_view) {
 void ConfigReader::text(const std::string& key, std::string& value, std::string_view) {
   const toml::node* node = state_->find(key);
   if (node == nullptr) return;
-  if (!node->is_string()) state_->wrong_type(*node, key, "text");
-  value = *node->value<std::string>();
+  value = state_->text_in(*node, key);
 }
 
 void ConfigReader::texts(const std::string& key, std::vector<std::string>& values,
@@ -191,8 +204,7 @@ void ConfigReader::texts(const std::string& key, std::vector<std::string>& value
   if (list == nullptr) state_->wrong_type(*node, key, "an array of texts");
   values.clear();
   for (const toml::node& each : *list) {
-    if (!each.is_string()) state_->wrong_type(each, key, "text");
-    values.push_back(*each.value<std::string>());
+    values.push_back(state_->text_in(each, key));
   }
 }
 

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "printable.h"
+
 namespace gonio::cli {
 namespace {
 
@@ -31,25 +33,27 @@ Console::Console()
       colour_(error_is_terminal_ && std::getenv("NO_COLOR") == nullptr) {}
 
 void Console::result(std::string_view text) const {
-  fmt::print(stdout, "{}", text);
+  const std::string shown = printable_text(text);
+  std::fwrite(shown.data(), 1, shown.size(), stdout);
   std::fflush(stdout);
 }
 
 void Console::say(std::string_view line) const {
-  if (verbosity >= 0) print_error(fmt::format("{}\n", line));
+  if (verbosity >= 0) print_error(printable_line(line) + "\n");
 }
 
 void Console::detail(std::string_view line) const {
-  if (verbosity >= 1) print_error(fmt::format("{}\n", line));
+  if (verbosity >= 1) print_error(printable_line(line) + "\n");
 }
 
 void Console::warn(std::string_view line) const {
-  if (verbosity >= 0) print_error(fmt::format("{} {}\n", marked("warning:", kYellow), line));
+  if (verbosity < 0) return;
+  print_error(fmt::format("{} {}\n", marked("warning:", kYellow), printable_line(line)));
 }
 
 void Console::error(std::string_view message, std::string_view hint) const {
-  print_error(fmt::format("{} {}\n", marked("gonio:", kRed), message));
-  if (!hint.empty() && verbosity >= 0) print_error(fmt::format("  {}\n", hint));
+  print_error(fmt::format("{} {}\n", marked("gonio:", kRed), printable_line(message)));
+  if (!hint.empty() && verbosity >= 0) print_error(fmt::format("  {}\n", printable_line(hint)));
 }
 
 std::string Console::marked(std::string_view word, std::string_view colour) const {
@@ -57,8 +61,8 @@ std::string Console::marked(std::string_view word, std::string_view colour) cons
   return fmt::format("\033[{}m{}\033[0m", colour, word);
 }
 
-Progress::Progress(const Console& console, std::string label)
-    : console_(console), label_(std::move(label)) {
+Progress::Progress(const Console& console, std::string_view label)
+    : console_(console), label_(printable_line(label)) {
   if (!console_.error_is_terminal()) next_ = start_ + kFirstLineAfter;
 }
 
@@ -78,7 +82,7 @@ void Progress::update(double fraction, std::string_view text, double remaining_s
   fraction = std::clamp(fraction, 0.0, 1.0);
   const std::string left =
       remaining_s >= 0.0 ? ", " + duration_text(remaining_s) + " left" : std::string();
-  const std::string words = text.empty() ? std::string() : " " + std::string(text);
+  const std::string words = text.empty() ? std::string() : " " + printable_line(text);
   if (console_.error_is_terminal()) {
     constexpr int kWidth = 24;
     const int full = static_cast<int>(std::lround(fraction * kWidth));

@@ -6,7 +6,9 @@
 
 namespace gonio::cli {
 
-/// What the user sees. Results go to standard output, everything else to standard error.
+/// What the user sees. Results go to standard output, everything else to standard error. Control
+/// characters in what they are given are shown, not obeyed (printable.h); line ends count in
+/// results only.
 ///
 /// Threads  One.
 class Console {
@@ -37,7 +39,7 @@ class Console {
 /// then once it has taken two seconds. Ends its line when it goes out of scope.
 class Progress {
  public:
-  Progress(const Console& console, std::string label);
+  Progress(const Console& console, std::string_view label);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;

@@ -14,6 +14,8 @@ ExitCode code_of(const std::exception& error) {
   if (dynamic_cast<const DataFormatError*>(&error) != nullptr) return kBadInput;
   if (dynamic_cast<const FileError*>(&error) != nullptr) return kBadInput;
   if (dynamic_cast<const ConfigError*>(&error) != nullptr) return kBadInput;
+  // Of std::filesystem's own calls: a name too long, a folder that may not be entered.
+  if (dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr) return kBadInput;
   if (dynamic_cast<const devices::DeviceError*>(&error) != nullptr) return kDeviceFailure;
   return kFailure;
 }
@@ -28,6 +30,9 @@ std::string one_line(std::string text) {
 Failure describe(const std::exception& error) {
   Failure failure{code_of(error), one_line(error.what()), {}};
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) failure.message = "out of memory";
+  if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
+    failure.message = file->path1().string() + ": " + file->code().message();
+  }
   if (const auto* usage = dynamic_cast<const UsageError*>(&error)) failure.hint = usage->hint();
   if (dynamic_cast<const FileError*>(&error) != nullptr && failure.message.ends_with("it exists")) {
     failure.hint = "choose another name, or give --force to replace it";

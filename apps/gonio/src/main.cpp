@@ -3,14 +3,17 @@
 #include <exception>
 
 #include "command.h"
+#include "printable.h"
 
 int main(int argc, char** argv) {
   // A reader that goes away ("gonio plan | head") is an error to report, not a reason to die.
   std::signal(SIGPIPE, SIG_IGN);
+  // So is a limit on the size of files (`ulimit -f`): writing then fails like on a full disk.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return gonio::cli::run_command_line(argc, argv);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "gonio: %s\n", error.what());
+    std::fprintf(stderr, "gonio: %s\n", gonio::cli::printable_line(error.what()).c_str());
   } catch (...) {
     std::fputs("gonio: unknown failure\n", stderr);
   }

@@ -8,6 +8,7 @@
 #include "gonio/rig/travel.h"
 #include "gonio/samples/csv.h"
 #include "gonio/samples/samples.h"
+#include "printable.h"
 
 namespace gonio::cli {
 namespace {
@@ -21,7 +22,7 @@ std::string direction_cells(const brdf::HalfDiff& direction) {
 
 std::string comment_lines(const std::vector<std::string>& comments) {
   std::string text;
-  for (const std::string& comment : comments) text += "# " + comment + "\n";
+  for (const std::string& comment : comments) text += "# " + printable_line(comment) + "\n";
   return text;
 }
 
@@ -85,6 +86,7 @@ acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
   const std::vector<samples::Direction> directions = samples::read_directions(path);
   samples::CsvReader reader(path);
   const rig::TravelModel travel(rig);
+  const rig::Inverse inverse(rig);
   const std::size_t branch_column = *reader.column("branch");
   const auto predicted_column = reader.column("predicted_s");
   acquisition::MeasurementPlan plan;
@@ -109,7 +111,14 @@ acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
     point.pose.branch = static_cast<rig::Branch>(branch[0] - 'A');
     if (!realises(rig, point.pose, point.direction)) {
       throw DataFormatError(path, fmt::format("line {}", row->line),
-                            "the joints do not realise this direction on rig " + rig.name);
+                            fmt::format("the joints do not realise this direction, branch {}, on "
+                                        "rig {}",
+                                        branch, rig.name));
+    }
+    if (!inverse.on_named_side(point.direction, point.pose)) {
+      throw DataFormatError(
+          path, reader.place(*row, branch_column),
+          fmt::format("found {:?}, but the joints stand on the other lamp side", branch));
     }
     point.travel_s = travel.seconds(before, point.pose.joints);
     point.predicted_s = point.travel_s;

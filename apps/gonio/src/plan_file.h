@@ -26,7 +26,8 @@ std::string directions_text(const std::vector<brdf::HalfDiff>& directions,
 bool has_poses(const std::filesystem::path& path, const rig::RigDescription& rig);
 
 /// Points of such a file, with travel and predicted times for this rig.
-/// Throws DataFormatError also for joints that do not realise their direction on this rig.
+/// Throws DataFormatError also for joints that do not realise their direction on this rig, or do so
+/// on another branch than the row says.
 acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
                                         const rig::RigDescription& rig);
 

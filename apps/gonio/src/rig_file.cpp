@@ -8,6 +8,7 @@
 #include "config_writer.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
+#include "toml_limits.h"
 
 namespace gonio::cli {
 namespace {
@@ -300,7 +301,7 @@ RigFile rig_file_from_text(const std::string& text, const std::filesystem::path&
 }
 
 RigFile read_rig_file(const std::filesystem::path& path) {
-  return rig_file_from_text(files::read_text_file(path, std::size_t{1} << 20U), path);
+  return rig_file_from_text(files::read_text_file(path, kMaxTomlBytes), path);
 }
 
 std::string rig_file_text(RigFile file, bool comments) {

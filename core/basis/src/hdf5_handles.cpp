@@ -1,5 +1,7 @@
 #include "hdf5_handles.h"
 
+#include <string_view>
+
 namespace gonio::basis::detail {
 namespace {
 
@@ -28,7 +30,12 @@ SilentH5Errors::~SilentH5Errors() { H5Eset_auto2(H5E_DEFAULT, function_, data_);
 std::string last_h5_message() {
   std::string message;
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_innermost, &message);
-  return message;
+  // A failed system call comes with time, addresses and sizes; people need the system's words.
+  constexpr std::string_view kSystemWords = "error message = '";
+  const std::size_t begin = message.find(kSystemWords);
+  if (begin == std::string::npos) return message;
+  message.erase(0, begin + kSystemWords.size());
+  return message.substr(0, message.find('\''));
 }
 
 H5Handle text_type() { return string_type(H5T_VARIABLE); }

@@ -1,9 +1,6 @@
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -12,6 +9,7 @@
 #include "basis_schema.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/errors/errors.h"
+#include "gonio/files/input_file.h"
 #include "gonio/parallel/parallel.h"
 #include "hdf5_handles.h"
 
@@ -128,10 +126,7 @@ class Reader {
 
  private:
   static H5Handle open(const std::filesystem::path& path) {
-    if (::access(path.c_str(), R_OK) != 0) throw FileError(path, "open for reading", errno);
-    if (!std::filesystem::is_regular_file(path)) {
-      throw FileError(path, "open for reading", std::string("not a regular file"));
-    }
+    files::require_regular_file(path);
     H5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
     if (!file.valid()) {
       throw DataFormatError(path, "file", "not a readable HDF5 file, expected a gonio basis");

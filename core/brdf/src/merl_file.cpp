@@ -14,10 +14,10 @@
 #include <vector>
 
 #include "gonio/errors/errors.h"
+#include "gonio/files/input_file.h"
 #include "gonio/files/sha256.h"
 #include "large_pages.h"
 #include "merl_sidecar.h"
-#include "regular_file.h"
 
 namespace gonio::brdf {
 namespace {
@@ -73,7 +73,7 @@ std::string dimensions(const Header& header) {
          std::to_string(header[2]);
 }
 
-void check_header(const std::filesystem::path& path, RegularFile& file, const Header& header) {
+void check_header(const std::filesystem::path& path, files::InputFile& file, const Header& header) {
   if (header != kHeader) {
     throw DataFormatError(path, "byte 0",
                           "found dimensions " + dimensions(header) + ", expected 90 x 90 x 180");
@@ -99,7 +99,7 @@ bool left_by_a_crash(const std::filesystem::path& binary) {
 }  // namespace
 
 BrdfTable read_merl(const std::filesystem::path& path) {
-  RegularFile file(path);
+  files::InputFile file(path);
   Header header{};
   const auto header_bytes = std::as_writable_bytes(std::span(header));
   file.read(header_bytes);

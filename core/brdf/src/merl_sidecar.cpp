@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "gonio/errors/errors.h"
-#include "regular_file.h"
+#include "gonio/files/input_file.h"
 
 namespace gonio::brdf {
 namespace {
@@ -134,7 +134,7 @@ std::filesystem::path merl_sidecar_path(const std::filesystem::path& binary) {
 
 std::optional<MerlSidecar> read_merl_sidecar(const std::filesystem::path& binary) {
   const std::filesystem::path path = merl_sidecar_path(binary);
-  std::optional<RegularFile> file = RegularFile::open_if_exists(path);
+  std::optional<files::InputFile> file = files::InputFile::open_if_exists(path);
   if (!file) return std::nullopt;
   if (file->size() > kMaxBytes) {
     throw DataFormatError(

@@ -1,5 +1,6 @@
 #include "gonio/files/atomic_file.h"
 
+#include <fcntl.h>
 #include <sys/types.h>
 #include <unistd.h>
 
@@ -33,6 +34,18 @@ AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;
   ::close(descriptor_);
   ::unlink(temporary_.c_str());
+}
+
+void AtomicFile::require_room(std::uintmax_t bytes) {
+  if (descriptor_ < 0) throw std::logic_error("AtomicFile: require_room() after commit()");
+  const auto length = static_cast<off_t>(bytes);
+  int error = ::ftruncate(descriptor_, length) == 0 ? 0 : errno;
+  if (error == 0 && length > 0) {
+    error = ::fallocate(descriptor_, 0, 0, length) == 0 ? 0 : errno;
+    if (error == EOPNOTSUPP || error == ENOSYS) error = 0;  // a file system that cannot tell
+  }
+  if (::ftruncate(descriptor_, 0) != 0 && error == 0) error = errno;
+  if (error != 0) throw FileError(target_, "write", error);
 }
 
 void AtomicFile::write(std::span<const std::byte> bytes) {

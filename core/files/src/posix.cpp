@@ -36,12 +36,6 @@ Descriptor::~Descriptor() {
   if (value_ >= 0) ::close(value_);
 }
 
-int open_for_reading(const std::filesystem::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) throw FileError(path, "open for reading", errno);
-  return descriptor;
-}
-
 std::filesystem::path parent_of(const std::filesystem::path& path) {
   const std::filesystem::path parent = path.parent_path();
   return parent.empty() ? std::filesystem::path(".") : parent;
@@ -88,7 +82,8 @@ std::filesystem::path create_hidden_folder(const std::filesystem::path& target) 
 }
 
 void sync(const std::filesystem::path& path) {
-  const Descriptor descriptor(open_for_reading(path));
+  const Descriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (descriptor.get() < 0) throw FileError(path, "open for reading", errno);
   // EINVAL: the file system has nothing to sync for this kind of entry.
   if (::fsync(descriptor.get()) != 0 && errno != EINVAL) throw FileError(path, "sync", errno);
 }

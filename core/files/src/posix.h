@@ -20,9 +20,6 @@ class Descriptor {
   int value_;
 };
 
-/// Opens for reading; a folder opens as well.
-int open_for_reading(const std::filesystem::path& path);
-
 /// The folder `path` lies in; "." for a bare name.
 std::filesystem::path parent_of(const std::filesystem::path& path);
 

@@ -1,15 +1,12 @@
 #include "gonio/files/sha256.h"
 
 #include <openssl/evp.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <stdexcept>
 #include <vector>
 
-#include "gonio/errors/errors.h"
-#include "posix.h"
+#include "gonio/files/input_file.h"
 
 namespace gonio::files {
 namespace {
@@ -58,18 +55,13 @@ std::string Sha256::finish() {
 }
 
 std::string sha256_of_file(const std::filesystem::path& path) {
-  const posix::Descriptor file(posix::open_for_reading(path));
+  InputFile file(path);
   Sha256 sum;
   std::vector<std::byte> buffer(std::size_t{1} << 20U);
-  while (true) {
-    const ssize_t count = ::read(file.get(), buffer.data(), buffer.size());
-    if (count == 0) return sum.finish();
-    if (count < 0) {
-      if (errno == EINTR) continue;
-      throw FileError(path, "read", errno);
-    }
-    sum.update(std::span(buffer).first(static_cast<std::size_t>(count)));
+  while (const std::size_t count = file.read_some(buffer)) {
+    sum.update(std::span(buffer).first(count));
   }
+  return sum.finish();
 }
 
 std::string sha256_of_bytes(std::span<const std::byte> bytes) {

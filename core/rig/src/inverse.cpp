@@ -154,6 +154,13 @@ std::optional<Reason> Inverse::refusal_reason(const brdf::HalfDiff& direction) c
   return first;
 }
 
+bool Inverse::on_named_side(const brdf::HalfDiff& direction, const PoseSolution& pose) const {
+  const bool exchange = exchanged({pose.branch, pose.mirrored});
+  const auto nearest =
+      state_->search.nearest_branch(target_of(direction, pose.mirrored), pose.joints, exchange);
+  return !nearest || *nearest == pose.branch;
+}
+
 bool Inverse::maybe_reachable(const brdf::HalfDiff& direction) const {
   return !refusal_reason(direction).has_value();
 }

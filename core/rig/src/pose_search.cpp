@@ -98,6 +98,23 @@ Joints PoseSearch::random_joints(std::uint64_t restart) const {
   return joints;
 }
 
+std::optional<Branch> PoseSearch::nearest_branch(const brdf::HalfDiff& direction,
+                                                 const Joints& joints, bool exchanged) const {
+  if (!near_la2_) return std::nullopt;
+  const auto distance_to = [&](Branch branch) {
+    Joints closed_form = near_la2_->joints_for(direction, branch);
+    for (std::size_t k = 0; k < joints.size(); ++k) {
+      if (turns_freely_[k]) {
+        closed_form[k] = joints[k] + wrap_to_half_turn(closed_form[k] - joints[k]);
+      }
+    }
+    return distance(joints, closed_form);
+  };
+  const Branch here = exchanged ? Branch::C : Branch::A;
+  const Branch there = exchanged ? Branch::D : Branch::B;
+  return distance_to(here) <= distance_to(there) ? here : there;
+}
+
 Reach PoseSearch::find(const brdf::HalfDiff& direction, bool exchanged, bool other_side) const {
   const Branch here = exchanged ? Branch::C : Branch::A;
   const Branch there = exchanged ? Branch::D : Branch::B;
@@ -144,13 +161,8 @@ Reach PoseSearch::find(const brdf::HalfDiff& direction, bool exchanged, bool oth
     note(clamped);
     if (!clamped.usable() || known(reach.poses, clamped.solution.joints)) continue;
     Branch branch = reach.poses.empty() ? here : there;
-    if (near_la2_) {  // named by the closed-form pose it is nearest to
-      const Joints near_here = near_la2_->joints_for(direction, here);
-      const Joints near_there = near_la2_->joints_for(direction, there);
-      branch = distance(clamped.solution.joints, near_here) <=
-                       distance(clamped.solution.joints, near_there)
-                   ? here
-                   : there;
+    if (const auto nearest = nearest_branch(direction, clamped.solution.joints, exchanged)) {
+      branch = *nearest;
       if (branch == there && !other_side) continue;
     }
     reach.poses.push_back({clamped.solution.joints, branch});

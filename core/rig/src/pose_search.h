@@ -16,6 +16,11 @@ class PoseSearch {
   /// `other_side` also B (or D).
   Reach find(const brdf::HalfDiff& direction, bool exchanged, bool other_side) const;
 
+  /// A or B (C or D when exchanged) by the closed-form pose of that branch that is nearest to the
+  /// joints, full turns aside; nothing on rigs far from an LA-2.
+  std::optional<Branch> nearest_branch(const brdf::HalfDiff& direction, const Joints& joints,
+                                       bool exchanged) const;
+
  private:
   struct Attempt;
   Attempt attempt(const brdf::DirectionPair& target, const Joints& seed, bool within_limits) const;

@@ -2,19 +2,17 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <stdexcept>
 #include <system_error>
 
 #include "gonio/errors/errors.h"
+#include "gonio/files/text_file.h"
 
 namespace gonio::samples {
 namespace {
 
-constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
 constexpr std::size_t kMaxLineBytes = std::size_t{64} << 10;
 constexpr std::size_t kMaxColumns = 1024;
 constexpr std::size_t kMaxQuotedBytes = 40;  // of a bad cell in an error line
@@ -37,31 +35,6 @@ std::string as_found(std::string_view text) {
 bool is_control(char c) {
   const auto byte = static_cast<unsigned char>(c);
   return (byte < 0x20 && c != '\t') || byte == 0x7f;
-}
-
-std::string read_all(const std::filesystem::path& path) {
-  std::error_code error;
-  const auto type = std::filesystem::status(path, error).type();
-  if (type == std::filesystem::file_type::not_found) {
-    throw FileError(path, "open for reading", "no such file");
-  }
-  if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::fifo) {
-    throw FileError(path, "open for reading", "found no plain file, expected a CSV file");
-  }
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw FileError(path, "open for reading", errno);
-  std::string text;
-  std::vector<char> block(std::size_t{1} << 16);
-  while (stream.read(block.data(), static_cast<std::streamsize>(block.size())) ||
-         stream.gcount() > 0) {
-    text.append(block.data(), static_cast<std::size_t>(stream.gcount()));
-    if (text.size() > kMaxFileBytes) {
-      throw DataFormatError(path, "size", "found more than 256 MiB, expected a smaller CSV file");
-    }
-  }
-  if (stream.bad()) throw FileError(path, "read to the end", "input error");
-  return text;
 }
 
 /// Splits one line at commas outside quotes.
@@ -106,7 +79,8 @@ std::vector<std::string> split(const std::filesystem::path& path, int line, std:
 
 }  // namespace
 
-CsvReader::CsvReader(const std::filesystem::path& path) : path_(path), text_(read_all(path)) {
+CsvReader::CsvReader(const std::filesystem::path& path)
+    : path_(path), text_(files::read_text_file(path)) {
   if (text_.compare(0, 3, "\xEF\xBB\xBF") == 0) position_ = 3;
   const auto line = next_content_line();
   if (!line) throw DataFormatError(path_, line_place(line_ + 1), "found no header line");

@@ -11,6 +11,7 @@
 #include <limits>
 
 #include "gonio/errors/errors.h"
+#include "temporary_folder.h"
 #include "test_materials.h"
 
 namespace gonio::basis {
@@ -21,11 +22,6 @@ using ::testing::HasSubstr;
 
 Basis small_basis() {
   return train(test::training_set(), test::training_gram(), std::vector<std::size_t>{0, 1, 3}, 3);
-}
-
-std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
 std::string refusal(const std::filesystem::path& path) {
@@ -40,7 +36,7 @@ std::string refusal(const std::filesystem::path& path) {
 }
 
 TEST(BasisFile, ReturnsWhatWasWritten) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const Basis written = small_basis();
   write_basis(folder / "a.h5", written);
   const Basis read = read_basis(folder / "a.h5");
@@ -58,17 +54,17 @@ TEST(BasisFile, ReturnsWhatWasWritten) {
 }
 
 TEST(BasisFile, HasTheSameBytesEveryTime) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_basis(folder / "a.h5", small_basis());
   write_basis(folder / "b.h5", read_basis(folder / "a.h5"));
-  EXPECT_TRUE(bytes_of(folder / "a.h5") == bytes_of(folder / "b.h5"));
+  EXPECT_TRUE(read_bytes(folder / "a.h5") == read_bytes(folder / "b.h5"));
 }
 
 TEST(BasisFile, IsNotReplacedUnlessAskedFor) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   std::ofstream(folder / "a.h5") << "precious";
   EXPECT_THROW(write_basis(folder / "a.h5", small_basis()), FileError);
-  EXPECT_EQ(bytes_of(folder / "a.h5"), "precious");
+  EXPECT_EQ(read_bytes(folder / "a.h5"), "precious");
   write_basis(folder / "a.h5", small_basis(), files::Overwrite::Yes);
   EXPECT_EQ(refusal(folder / "a.h5"), "accepted");
   const auto entries = std::distance(std::filesystem::directory_iterator(folder.path()),
@@ -77,7 +73,7 @@ TEST(BasisFile, IsNotReplacedUnlessAskedFor) {
 }
 
 TEST(BasisFile, IsNotWrittenFromPartsThatDoNotFit) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   Basis basis = small_basis();
   basis.materials.pop_back();
   EXPECT_THROW(write_basis(folder / "a.h5", basis), std::invalid_argument);
@@ -85,13 +81,13 @@ TEST(BasisFile, IsNotWrittenFromPartsThatDoNotFit) {
 }
 
 TEST(BasisFile, CannotBeReadWhenItIsNotThere) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   EXPECT_THROW(read_basis(folder / "none.h5"), FileError);
   EXPECT_THROW(read_basis(folder.path()), FileError);
 }
 
 TEST(BasisFile, ThatIsNotHdf5OrEndsEarlyIsRefused) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   std::ofstream(folder / "text.h5") << "theta_h_deg,theta_d_deg";
   EXPECT_THAT(refusal(folder / "text.h5"), HasSubstr("not a readable HDF5 file"));
   std::ofstream(folder / "empty.h5").close();
@@ -302,7 +298,7 @@ const std::vector<Damage>& damages() {
 }
 
 TEST(BasisFile, ThatIsHostileIsRefusedByName) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   write_basis(folder / "whole.h5", small_basis());
   for (const Damage& damage : damages()) {
     SCOPED_TRACE(damage.name);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "directions_deg.h"
 #include "gonio/basis/basis.h"
 #include "test_materials.h"
 
@@ -65,7 +66,7 @@ TEST(BasisRows, FollowAMaterialBetweenCellsManyTimesCloserThanSnapping) {
   double interpolated = 0.0;
   double snapped = 0.0;
   for (const double theta_h : {2.3, 5.9, 11.2, 23.7}) {
-    const brdf::HalfDiff at = test::angles(theta_h, 34.98, 61.0);
+    const brdf::HalfDiff at = half_diff_deg(theta_h, 34.98, 61.0);
     const brdf::HalfDiff cell = lattice::angles_of(lattice::nearest_index(at));
     interpolated += std::abs(member.found(at) - member.truth(at));
     snapped += std::abs(member.found(cell) - member.truth(at));
@@ -75,23 +76,23 @@ TEST(BasisRows, FollowAMaterialBetweenCellsManyTimesCloserThanSnapping) {
 
 TEST(BasisRows, WrapAroundPhiDByReciprocity) {
   const BasisRows rows(test::full_basis());
-  const BasisRow before = rows.at(test::angles(10.0, 20.0, 179.99));
-  const BasisRow after = rows.at(test::angles(10.0, 20.0, 0.01 - 180.0));
+  const BasisRow before = rows.at(half_diff_deg(10.0, 20.0, 179.99));
+  const BasisRow after = rows.at(half_diff_deg(10.0, 20.0, 0.01 - 180.0));
   EXPECT_LT((before.q - after.q).norm(), 1e-3 * before.q.norm());
 }
 
 TEST(BasisRows, KnowTheWeightOfTheExactDirection) {
-  const BasisRow row = BasisRows(test::full_basis()).at(test::angles(0.0, 60.0, 0.0));
+  const BasisRow row = BasisRows(test::full_basis()).at(half_diff_deg(0.0, 60.0, 0.0));
   EXPECT_NEAR(row.weight, 0.25, 1e-12);  // theta_i = theta_o = 60 deg
 }
 
 TEST(BasisRows, HaveAValueUpToTheHorizonAndNoneBelow) {
   const BasisRows rows(test::full_basis());
   // theta_i = 89.95 deg: every corner but the inner ones lies below the horizon.
-  EXPECT_TRUE(rows.at(test::angles(45.0, 44.95, 180.0)).q.allFinite());
-  EXPECT_TRUE(rows.at(test::angles(0.0, 89.99, 90.0)).q.allFinite());
-  EXPECT_THROW(rows.at(test::angles(45.0, 45.1, 180.0)), std::invalid_argument);
-  EXPECT_THROW(rows.at(test::angles(2.84, 89.0, 15.0)), std::invalid_argument);
+  EXPECT_TRUE(rows.at(half_diff_deg(45.0, 44.95, 180.0)).q.allFinite());
+  EXPECT_TRUE(rows.at(half_diff_deg(0.0, 89.99, 90.0)).q.allFinite());
+  EXPECT_THROW(rows.at(half_diff_deg(45.0, 45.1, 180.0)), std::invalid_argument);
+  EXPECT_THROW(rows.at(half_diff_deg(2.84, 89.0, 15.0)), std::invalid_argument);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <random>
 
+#include "directions_deg.h"
 #include "gonio/basis/reconstruct.h"
 #include "test_materials.h"
 
@@ -28,7 +29,7 @@ std::vector<brdf::HalfDiff> directions_over_the_lattice() {
   std::vector<brdf::HalfDiff> directions;
   for (const double theta_h : {1.0, 6.0, 14.0, 25.0, 40.0, 60.0}) {
     for (const double theta_d : {5.0, 25.0})
-      directions.push_back(test::angles(theta_h, theta_d, 80));
+      directions.push_back(half_diff_deg(theta_h, theta_d, 80));
   }
   return directions;
 }
@@ -117,7 +118,7 @@ samples::SampleSet half_tilted(const brdf::BrdfModel& model, Angle sigma, unsign
   Normal normal(seed);
   samples::SampleSet set;
   for (int i = 0; i < 24; ++i) {
-    const brdf::HalfDiff nominal = test::angles(1.0 + i, 5.0 + 20.0 * (i % 3), 80);
+    const brdf::HalfDiff nominal = half_diff_deg(1.0 + i, 5.0 + 20.0 * (i % 3), 80);
     const bool off = i % 2 == 1;
     brdf::HalfDiff there = nominal;
     if (off) there.theta_h = abs(there.theta_h + sigma * normal());
@@ -145,7 +146,7 @@ TEST(Noise, KnowingWhichAnglesAreUncertainImprovesTheFit) {
 TEST(Noise, AnAngleUncertaintyDoesNotMatterWhereTheMaterialIsFlat) {
   // At theta_h = 60 deg all the lobes have died away.
   samples::SampleSet set =
-      test::sample(test::material(1), {test::angles(58, 5, 80), test::angles(62, 10, 80)});
+      test::sample(test::material(1), {half_diff_deg(58, 5, 80), half_diff_deg(62, 10, 80)});
   const Fit without = fit(test::full_basis(), set);
   for (samples::Sample& sample : set.samples) sample.u_theta_h = Angle::from_degrees(0.05);
   const Fit with = fit(test::full_basis(), set);
@@ -159,7 +160,7 @@ TEST(Noise, AnAngleErrorOfAPoseIsOneErrorScaledByTheSlopesAlongTheMean) {
   samples::SampleSet set;
   for (int i = 0; i < 5; ++i) {
     const double between_bins = std::pow((20.0 + 2.0 * i) / 90.0, 2) * 90.0;
-    const brdf::HalfDiff at = test::angles(between_bins, 30.2 + i, 80);
+    const brdf::HalfDiff at = half_diff_deg(between_bins, 30.2 + i, 80);
     samples::Sample sample = test::sample(test::material(3), {at}).samples[0];
     sample.u_theta_h = Angle::from_radians(u);
     sample.pose = i < 4 ? 1 : -1;
@@ -204,8 +205,8 @@ TEST(Noise, AnAngleErrorOfAPoseIsOneErrorScaledByTheSlopesAlongTheMean) {
 
 TEST(Noise, NearThePoleAndTheHorizonAngleUncertaintiesStayFinite) {
   samples::SampleSet set =
-      test::sample(test::material(2), {test::angles(0, 30, 0), test::angles(0.02, 30, 0),
-                                       test::angles(44.9, 45, 0), test::angles(20, 0, 0)});
+      test::sample(test::material(2), {half_diff_deg(0, 30, 0), half_diff_deg(0.02, 30, 0),
+                                       half_diff_deg(44.9, 45, 0), half_diff_deg(20, 0, 0)});
   for (samples::Sample& sample : set.samples) {
     sample.u_theta_h = Angle::from_degrees(0.5);
     sample.u_theta_d = Angle::from_degrees(0.5);

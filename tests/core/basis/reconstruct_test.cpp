@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "directions_deg.h"
 #include "gonio/errors/errors.h"
 #include "test_materials.h"
 
@@ -18,10 +19,10 @@ using ::testing::HasSubstr;
 
 const std::vector<brdf::HalfDiff>& ten_directions() {
   static const std::vector<brdf::HalfDiff> directions = {
-      test::angles(3, 12, 28),  test::angles(63, 19, 89), test::angles(5, 77, 77),
-      test::angles(2, 60, 170), test::angles(15, 4, 130), test::angles(1, 6, 37),
-      test::angles(2, 79, 110), test::angles(39, 76, 89), test::angles(0.3, 71, 104),
-      test::angles(5, 75, 160)};
+      half_diff_deg(3, 12, 28),  half_diff_deg(63, 19, 89), half_diff_deg(5, 77, 77),
+      half_diff_deg(2, 60, 170), half_diff_deg(15, 4, 130), half_diff_deg(1, 6, 37),
+      half_diff_deg(2, 79, 110), half_diff_deg(39, 76, 89), half_diff_deg(0.3, 71, 104),
+      half_diff_deg(5, 75, 160)};
   return directions;
 }
 
@@ -140,7 +141,7 @@ TEST(Reconstruct, CommonNoiseMakesNineSubSamplesLittleBetterThanOne) {
   const Fit truth = fit(basis, test::sample(test::material(2), ten_directions()));
   samples::SampleSet set;
   for (int i = 0; i < 9; ++i) {
-    samples::SampleSet one = test::sample(test::material(2), {test::angles(30 + i, 30, 90)});
+    samples::SampleSet one = test::sample(test::material(2), {half_diff_deg(30 + i, 30, 90)});
     one.samples[0].value_per_sr *= 1.2;
     one.samples[0].u_common_per_sr = 0.2 * one.samples[0].value_per_sr;
     one.samples[0].pose = 7;
@@ -224,7 +225,7 @@ TEST(Reconstruct, RefusesWhatItCannotUse) {
   EXPECT_THAT(refusal([](Set& set, Options&) { set.scale = brdf::RadiometricScale::merl; }),
               HasSubstr("scale merl"));
   EXPECT_THAT(
-      refusal([](Set& set, Options&) { set.samples[3].direction = test::angles(45, 60, 0); }),
+      refusal([](Set& set, Options&) { set.samples[3].direction = half_diff_deg(45, 60, 0); }),
       HasSubstr("sample 4"));
   EXPECT_THAT(refusal([](Set& set, Options&) {
                 set.samples[1].value_per_sr[2] = std::numeric_limits<double>::infinity();

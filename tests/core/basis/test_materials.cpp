@@ -43,11 +43,6 @@ const Basis& full_basis() {
   return basis;
 }
 
-brdf::HalfDiff angles(double theta_h_deg, double theta_d_deg, double phi_d_deg) {
-  return {Angle::from_degrees(theta_h_deg), Angle::from_degrees(theta_d_deg),
-          Angle::from_degrees(phi_d_deg), Angle()};
-}
-
 brdf::HalfDiff bin_centre(int theta_h, int theta_d, int phi_d) {
   return brdf::lattice::angles_of({theta_h, theta_d, phi_d});
 }
@@ -62,17 +57,6 @@ samples::SampleSet sample(const brdf::BrdfModel& model,
     set.samples.push_back(made);
   }
   return set;
-}
-
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "gonio_basis_XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace gonio::basis::test

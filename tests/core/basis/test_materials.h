@@ -37,26 +37,11 @@ const Eigen::MatrixXd& training_gram();
 /// The basis of all of them with all components.
 const Basis& full_basis();
 
-brdf::HalfDiff angles(double theta_h_deg, double theta_d_deg, double phi_d_deg);
 /// The bin centre of a lattice cell, where interpolated rows are the stored ones.
 brdf::HalfDiff bin_centre(int theta_h, int theta_d, int phi_d);
 
 /// Noise-free samples of a model.
 samples::SampleSet sample(const brdf::BrdfModel& model,
                           const std::vector<brdf::HalfDiff>& directions);
-
-/// A folder of its own that is removed with everything in it.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
 
 }  // namespace gonio::basis::test

@@ -9,6 +9,7 @@
 
 #include "gonio/brdf/merl_file.h"
 #include "gonio/errors/errors.h"
+#include "temporary_folder.h"
 #include "test_materials.h"
 
 namespace gonio::basis {
@@ -159,7 +160,7 @@ TEST(TrainingSet, RefusesAMappingWithoutEpsilonOrFloor) {
 }
 
 TEST(TrainingSet, ReadsFilesLikeTables) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   std::vector<MaterialFile> files;
   for (int i = 0; i < 2; ++i) {
     files.push_back({folder / ("material-" + std::to_string(i) + ".binary"), "family"});
@@ -176,7 +177,7 @@ TEST(TrainingSet, ReadsFilesLikeTables) {
 }
 
 TEST(TrainingSet, NamesTheFileThatDoesNotBelongAndAddsNone) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const std::vector<MaterialFile> files = {{folder / "a.binary", ""}, {folder / "b.binary", ""}};
   brdf::write_merl(files[0].path, brdf::tabulate(test::material(0), RadiometricScale::si));
   brdf::write_merl(files[1].path, brdf::tabulate(test::material(1), RadiometricScale::merl));

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "gonio/errors/errors.h"
+#include "temporary_folder.h"
 
 namespace gonio::brdf {
 namespace {
@@ -25,38 +26,10 @@ namespace fs = std::filesystem;
 using testing::AllOf;
 using testing::HasSubstr;
 
-/// A folder that goes with the test.
 class MerlFile : public testing::Test {
  protected:
-  MerlFile() {
-    std::string name = (fs::temp_directory_path() / "gonio_merl_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    folder_ = name;
-  }
-  ~MerlFile() override { fs::remove_all(folder_); }
-
-  fs::path operator/(const char* name) const { return folder_ / name; }
-
-  std::vector<std::string> names() const {
-    std::vector<std::string> found;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      found.push_back(entry.path().filename().string());
-    }
-    std::sort(found.begin(), found.end());
-    return found;
-  }
-
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
-
-std::string read_all(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void write_all(const fs::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
 
 template <typename T>
 std::string bytes_of(const T& value) {
@@ -97,29 +70,30 @@ BrdfTable small_table() {
   return table;
 }
 
-/// The message of the DataFormatError that reading must end in.
+/// The message of the error that reading must end in.
+template <typename Error = DataFormatError>
 std::string refusal(const fs::path& path) {
   try {
     read_merl(path);
-  } catch (const DataFormatError& error) {
+  } catch (const Error& error) {
     return error.what();
   }
-  return "no DataFormatError";
+  return "no error of this type";
 }
 
 TEST_F(MerlFile, ReadAndWrittenUnchangedIsByteIdentical) {
-  write_all(*this / "in.binary", foreign_file());
-  write_merl(*this / "out.binary", read_merl(*this / "in.binary"));
-  EXPECT_TRUE(read_all(*this / "out.binary") == foreign_file());
-  write_merl(*this / "again.binary", read_merl(*this / "out.binary"));
-  EXPECT_TRUE(read_all(*this / "again.binary") == foreign_file());
+  write_bytes(folder_ / "in.binary", foreign_file());
+  write_merl(folder_ / "out.binary", read_merl(folder_ / "in.binary"));
+  EXPECT_TRUE(read_bytes(folder_ / "out.binary") == foreign_file());
+  write_merl(folder_ / "again.binary", read_merl(folder_ / "out.binary"));
+  EXPECT_TRUE(read_bytes(folder_ / "again.binary") == foreign_file());
 }
 
 TEST_F(MerlFile, HoldsThreePlanesAfterTwelveBytes) {
   BrdfTable table = small_table();
   table.set_value(7, {2.0 / 1500.0, 3.0 * 1.15 / 1500.0, 4.0 * 1.66 / 1500.0});
-  write_merl(*this / "a.binary", table);
-  const std::string bytes = read_all(*this / "a.binary");
+  write_merl(folder_ / "a.binary", table);
+  const std::string bytes = read_bytes(folder_ / "a.binary");
   ASSERT_EQ(bytes.size(), 34'992'012u);
   std::array<std::int32_t, 3> header{};
   std::memcpy(header.data(), bytes.data(), sizeof header);
@@ -134,23 +108,23 @@ TEST_F(MerlFile, HoldsThreePlanesAfterTwelveBytes) {
 }
 
 TEST_F(MerlFile, WithoutASidecarHasMerlScaleAndBinCentres) {
-  write_all(*this / "in.binary", foreign_file());
-  const BrdfTable table = read_merl(*this / "in.binary");
+  write_bytes(folder_ / "in.binary", foreign_file());
+  const BrdfTable table = read_merl(folder_ / "in.binary");
   EXPECT_EQ(table.scale(), RadiometricScale::merl);
   EXPECT_EQ(table.convention(), IndexConvention::bin_centre);
-  EXPECT_FALSE(read_merl_sidecar(*this / "in.binary").has_value());
+  EXPECT_FALSE(read_merl_sidecar(folder_ / "in.binary").has_value());
 }
 
 TEST_F(MerlFile, BringsBackConventionScaleAndProvenance) {
   const std::string provenance =
       R"({"tool":"gonio","seeds":[1,2],"note":"\u00e4 \"quoted\"","a":1})";
-  write_merl(*this / "a.binary", small_table(), files::Overwrite::No, provenance);
-  EXPECT_THAT(names(), testing::ElementsAre("a.binary", "a.json"));
-  const BrdfTable table = read_merl(*this / "a.binary");
+  write_merl(folder_ / "a.binary", small_table(), files::Overwrite::No, provenance);
+  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "a.json"));
+  const BrdfTable table = read_merl(folder_ / "a.binary");
   EXPECT_EQ(table.convention(), IndexConvention::dtu);
   EXPECT_EQ(table.scale(), RadiometricScale::si);
   EXPECT_EQ(table.stored_planes(), small_table().stored_planes());
-  const auto sidecar = read_merl_sidecar(*this / "a.binary");
+  const auto sidecar = read_merl_sidecar(folder_ / "a.binary");
   ASSERT_TRUE(sidecar.has_value());
   EXPECT_EQ(sidecar->provenance_json,
             "{\"tool\":\"gonio\",\"seeds\":[1,2],\"note\":\"\xC3\xA4 \\\"quoted\\\"\",\"a\":1}");
@@ -164,118 +138,118 @@ TEST_F(MerlFile, NamesItsSidecarAfterItself) {
 
 TEST_F(MerlFile, IsRefusedWithTheSidecarOfAnotherFile) {
   // What a crash between the two renames of an overwrite leaves, and a file copied over another.
-  write_merl(*this / "a.binary", small_table());
-  const std::string old_binary = read_all(*this / "a.binary");
+  write_merl(folder_ / "a.binary", small_table());
+  const std::string old_binary = read_bytes(folder_ / "a.binary");
   BrdfTable other(IndexConvention::bin_centre, RadiometricScale::merl);
   other.set_value(100, {0.1, 0.2, 0.4});
-  write_merl(*this / "a.binary", other, files::Overwrite::Yes);
-  EXPECT_EQ(read_merl(*this / "a.binary").scale(), RadiometricScale::merl);
-  write_all(*this / "a.binary", old_binary);
-  EXPECT_THAT(refusal(*this / "a.binary"),
+  write_merl(folder_ / "a.binary", other, files::Overwrite::Yes);
+  EXPECT_EQ(read_merl(folder_ / "a.binary").scale(), RadiometricScale::merl);
+  write_bytes(folder_ / "a.binary", old_binary);
+  EXPECT_THAT(refusal(folder_ / "a.binary"),
               AllOf(HasSubstr("a.json: key \"binary_sha256\""), HasSubstr("another file")));
 }
 
 TEST_F(MerlFile, ReplacesOnlyWhenTold) {
-  write_merl(*this / "a.binary", small_table());
-  const std::string before = read_all(*this / "a.binary");
+  write_merl(folder_ / "a.binary", small_table());
+  const std::string before = read_bytes(folder_ / "a.binary");
   BrdfTable other = small_table();
   other.set_invalid(100);
   other.set_value(101, {1.0, 1.0, 1.0});
-  EXPECT_THROW(write_merl(*this / "a.binary", other), FileError);
-  EXPECT_TRUE(read_all(*this / "a.binary") == before);
-  write_merl(*this / "a.binary", other, files::Overwrite::Yes);
-  EXPECT_EQ(read_merl(*this / "a.binary").stored_planes(), other.stored_planes());
-  EXPECT_EQ(names().size(), 2u);
+  EXPECT_THROW(write_merl(folder_ / "a.binary", other), FileError);
+  EXPECT_TRUE(read_bytes(folder_ / "a.binary") == before);
+  write_merl(folder_ / "a.binary", other, files::Overwrite::Yes);
+  EXPECT_EQ(read_merl(folder_ / "a.binary").stored_planes(), other.stored_planes());
+  EXPECT_EQ(folder_.names().size(), 2u);
 }
 
 TEST_F(MerlFile, ReplacesASidecarThatACrashLeftAloneButNoOtherJson) {
-  write_merl(*this / "a.binary", small_table());
-  fs::remove(*this / "a.binary");
-  write_merl(*this / "a.binary", small_table());
-  EXPECT_NO_THROW(read_merl(*this / "a.binary"));
-  write_all(*this / "b.json", "{\"mine\": true}");
-  EXPECT_THROW(write_merl(*this / "b.binary", small_table()), FileError);
-  EXPECT_EQ(read_all(*this / "b.json"), "{\"mine\": true}");
-  EXPECT_THAT(names(), testing::ElementsAre("a.binary", "a.json", "b.json"));
+  write_merl(folder_ / "a.binary", small_table());
+  fs::remove(folder_ / "a.binary");
+  write_merl(folder_ / "a.binary", small_table());
+  EXPECT_NO_THROW(read_merl(folder_ / "a.binary"));
+  write_bytes(folder_ / "b.json", "{\"mine\": true}");
+  EXPECT_THROW(write_merl(folder_ / "b.binary", small_table()), FileError);
+  EXPECT_EQ(read_bytes(folder_ / "b.json"), "{\"mine\": true}");
+  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "a.json", "b.json"));
 }
 
 TEST_F(MerlFile, LeavesNothingBehindWhenItCannotBeWritten) {
-  EXPECT_THROW(write_merl(*this / "missing/a.binary", small_table()), FileError);
-  fs::create_directory(*this / "a.binary");
-  EXPECT_THROW(write_merl(*this / "a.binary", small_table(), files::Overwrite::Yes), FileError);
-  fs::create_directory(*this / "b.json");
-  EXPECT_THROW(write_merl(*this / "b.binary", small_table(), files::Overwrite::Yes), FileError);
-  EXPECT_THAT(names(), testing::ElementsAre("a.binary", "b.json"));
+  EXPECT_THROW(write_merl(folder_ / "missing/a.binary", small_table()), FileError);
+  fs::create_directory(folder_ / "a.binary");
+  EXPECT_THROW(write_merl(folder_ / "a.binary", small_table(), files::Overwrite::Yes), FileError);
+  fs::create_directory(folder_ / "b.json");
+  EXPECT_THROW(write_merl(folder_ / "b.binary", small_table(), files::Overwrite::Yes), FileError);
+  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "b.json"));
 }
 
 TEST_F(MerlFile, IsNotWrittenFromATableItsReaderWouldRefuse) {
-  EXPECT_THROW(write_merl(*this / "a.binary", BrdfTable()), std::invalid_argument);
+  EXPECT_THROW(write_merl(folder_ / "a.binary", BrdfTable()), std::invalid_argument);
   std::vector<double> stored(3 * lattice::kCells, 1.0);
   stored[1'458'000 + 182] = std::numeric_limits<double>::infinity();
   const BrdfTable infinite(std::move(stored), IndexConvention::bin_centre, RadiometricScale::si);
   try {
-    write_merl(*this / "a.binary", infinite);
+    write_merl(folder_ / "a.binary", infinite);
     FAIL() << "an infinite value was written";
   } catch (const std::invalid_argument& error) {
     EXPECT_THAT(error.what(), HasSubstr("infinite value in the G plane at index (0, 1, 2)"));
   }
   for (const char* provenance : {"", "[1]", "3", "{\"a\":", "{\"a\":\"\xFF\"}", "null"}) {
-    EXPECT_THROW(write_merl(*this / "a.binary", small_table(), files::Overwrite::No, provenance),
+    EXPECT_THROW(write_merl(folder_ / "a.binary", small_table(), files::Overwrite::No, provenance),
                  std::invalid_argument)
         << provenance;
   }
-  EXPECT_TRUE(names().empty());
+  EXPECT_TRUE(folder_.names().empty());
 }
 
 TEST_F(MerlFile, RefusesTruncatedAndOversizedFilesWithTheOffset) {
-  const fs::path path = *this / "a.binary";
-  write_all(path, "");
+  const fs::path path = folder_ / "a.binary";
+  write_bytes(path, "");
   EXPECT_THAT(refusal(path), AllOf(HasSubstr(path.string()), HasSubstr("byte 0")));
-  write_all(path, foreign_file().substr(0, 5));
+  write_bytes(path, foreign_file().substr(0, 5));
   EXPECT_THAT(refusal(path), HasSubstr("byte 5: the file ends here, expected 7 more bytes"));
-  write_all(path, foreign_file().substr(0, 34'992'011));
+  write_bytes(path, foreign_file().substr(0, 34'992'011));
   EXPECT_THAT(refusal(path), HasSubstr("byte 34992011: found 34992011 bytes, expected 34992012"));
-  write_all(path, foreign_file() + "x");
+  write_bytes(path, foreign_file() + "x");
   EXPECT_THAT(refusal(path), HasSubstr("byte 34992012: found 34992013 bytes, expected 34992012"));
 }
 
 TEST_F(MerlFile, RefusesOtherDimensions) {
-  const fs::path path = *this / "a.binary";
+  const fs::path path = folder_ / "a.binary";
   for (const auto& header :
        {std::array<std::int32_t, 3>{180, 90, 90}, {90, 90, 360}, {-90, 90, -180}}) {
-    write_all(path, bytes_of(header) + foreign_file().substr(12));
+    write_bytes(path, bytes_of(header) + foreign_file().substr(12));
     EXPECT_THAT(refusal(path),
                 AllOf(HasSubstr("byte 0: found dimensions " + std::to_string(header[0])),
                       HasSubstr("expected 90 x 90 x 180")));
   }
   // Big-endian, as a careless converter would write it.
-  write_all(path, bytes_of(std::array<std::int32_t, 3>{0x5A000000, 0x5A000000, -0x4C000000}) +
-                      foreign_file().substr(12));
+  write_bytes(path, bytes_of(std::array<std::int32_t, 3>{0x5A000000, 0x5A000000, -0x4C000000}) +
+                        foreign_file().substr(12));
   EXPECT_THAT(refusal(path), HasSubstr("found dimensions"));
 }
 
 TEST_F(MerlFile, RefusesValuesThatAreNotFiniteWithOffsetAndIndex) {
-  const fs::path path = *this / "a.binary";
+  const fs::path path = folder_ / "a.binary";
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double infinity = std::numeric_limits<double>::infinity();
-  write_all(path, foreign_file_with(0, nan));
+  write_bytes(path, foreign_file_with(0, nan));
   EXPECT_THAT(refusal(path), HasSubstr("byte 12: found NaN in the R plane at index (0, 0, 0)"));
-  write_all(path, foreign_file_with(1'458'000 + 179, -nan));
+  write_bytes(path, foreign_file_with(1'458'000 + 179, -nan));
   EXPECT_THAT(refusal(path),
               HasSubstr("byte 11665444: found NaN in the G plane at index (0, 0, 179)"));
-  write_all(path, foreign_file_with(3 * 1'458'000 - 1, -infinity));
+  write_bytes(path, foreign_file_with(3 * 1'458'000 - 1, -infinity));
   EXPECT_THAT(
       refusal(path),
       HasSubstr("byte 34992004: found an infinite value in the B plane at index (89, 89, 179)"));
 }
 
 TEST_F(MerlFile, RefusesAFileWithoutAUsableCell) {
-  const fs::path path = *this / "a.binary";
+  const fs::path path = folder_ / "a.binary";
   std::vector<double> stored(3 * lattice::kCells, -1.0);
   const auto write_stored = [&] {
-    write_all(path,
-              foreign_file().substr(0, 12) +
-                  std::string(reinterpret_cast<const char*>(stored.data()), 8 * stored.size()));
+    write_bytes(path,
+                foreign_file().substr(0, 12) +
+                    std::string(reinterpret_cast<const char*>(stored.data()), 8 * stored.size()));
   };
   write_stored();
   EXPECT_THAT(refusal(path), HasSubstr("no valid cell above the horizon"));
@@ -288,12 +262,13 @@ TEST_F(MerlFile, RefusesAFileWithoutAUsableCell) {
 }
 
 TEST_F(MerlFile, RefusesWhatIsNotARegularFileWithoutWaitingForIt) {
-  EXPECT_THAT(refusal(folder_), HasSubstr("found a folder, expected a regular file"));
-  const fs::path pipe = *this / "pipe.binary";
+  EXPECT_THAT(refusal<FileError>(folder_.path()),
+              HasSubstr("found a folder, expected a regular file"));
+  const fs::path pipe = folder_ / "pipe.binary";
   ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
-  EXPECT_THAT(refusal(pipe), HasSubstr("expected a regular file"));
-  EXPECT_THAT(refusal("/dev/zero"), HasSubstr("expected a regular file"));
-  EXPECT_THROW(read_merl(*this / "missing.binary"), FileError);
+  EXPECT_THAT(refusal<FileError>(pipe), HasSubstr("expected a regular file"));
+  EXPECT_THAT(refusal<FileError>("/dev/zero"), HasSubstr("expected a regular file"));
+  EXPECT_THROW(read_merl(folder_ / "missing.binary"), FileError);
 }
 
 /// One sidecar that read_merl() must refuse, and what it must say.
@@ -311,7 +286,7 @@ std::string complete(const std::string& without_sum) {
 }
 
 TEST_F(MerlFile, RefusesBrokenSidecarsNamingTheKey) {
-  write_all(*this / "a.binary", foreign_file());
+  write_bytes(folder_ / "a.binary", foreign_file());
   const BadSidecar bad[] = {
       {"", "byte 1: not valid JSON"},
       {"{\"format\": ", "not valid JSON"},
@@ -343,30 +318,30 @@ TEST_F(MerlFile, RefusesBrokenSidecarsNamingTheKey) {
       {R"({"format": 1e999})", "not usable JSON"},
   };
   for (const BadSidecar& sidecar : bad) {
-    write_all(*this / "a.json", complete(sidecar.text));
-    const std::string message = refusal(*this / "a.binary");
+    write_bytes(folder_ / "a.json", complete(sidecar.text));
+    const std::string message = refusal(folder_ / "a.binary");
     EXPECT_THAT(message, AllOf(HasSubstr("a.json: "), HasSubstr(sidecar.message))) << sidecar.text;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
 }
 
 TEST_F(MerlFile, RefusesHostileSidecars) {
-  write_all(*this / "a.binary", foreign_file());
-  write_all(*this / "a.json", std::string(2'000'000, ' '));
-  EXPECT_THAT(refusal(*this / "a.binary"),
+  write_bytes(folder_ / "a.binary", foreign_file());
+  write_bytes(folder_ / "a.json", std::string(2'000'000, ' '));
+  EXPECT_THAT(refusal(folder_ / "a.binary"),
               HasSubstr("2000000 bytes, expected a sidecar of at most"));
-  write_all(*this / "a.json", std::string(500'000, '['));
-  EXPECT_THAT(refusal(*this / "a.binary"), HasSubstr("nested deeper than 64 levels"));
+  write_bytes(folder_ / "a.json", std::string(500'000, '['));
+  EXPECT_THAT(refusal(folder_ / "a.binary"), HasSubstr("nested deeper than 64 levels"));
   std::string nested = "{\"format\": ";
   nested += std::string(400'000, '[') + std::string(400'000, ']') + "}";
-  write_all(*this / "a.json", nested);
-  EXPECT_THAT(refusal(*this / "a.binary"), HasSubstr("nested deeper than 64 levels"));
-  fs::remove(*this / "a.json");
-  ASSERT_EQ(::mkfifo((*this / "a.json").c_str(), 0600), 0);
-  EXPECT_THAT(refusal(*this / "a.binary"), HasSubstr("expected a regular file"));
-  fs::remove(*this / "a.json");
-  fs::create_directory(*this / "a.json");
-  EXPECT_THAT(refusal(*this / "a.binary"), HasSubstr("expected a regular file"));
+  write_bytes(folder_ / "a.json", nested);
+  EXPECT_THAT(refusal(folder_ / "a.binary"), HasSubstr("nested deeper than 64 levels"));
+  fs::remove(folder_ / "a.json");
+  ASSERT_EQ(::mkfifo((folder_ / "a.json").c_str(), 0600), 0);
+  EXPECT_THAT(refusal<FileError>(folder_ / "a.binary"), HasSubstr("expected a regular file"));
+  fs::remove(folder_ / "a.json");
+  fs::create_directory(folder_ / "a.json");
+  EXPECT_THAT(refusal<FileError>(folder_ / "a.binary"), HasSubstr("expected a regular file"));
 }
 
 }  // namespace

@@ -8,16 +8,12 @@
 #include <system_error>
 
 #include "gonio/brdf/merl_file.h"
+#include "temporary_folder.h"
 
 namespace gonio::brdf {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string read_all(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 /// The alphabetically first MERL file of the folder GONIO_REAL_DATA, or of its subfolder merl.
 fs::path some_merl_file() {
@@ -38,12 +34,10 @@ fs::path some_merl_file() {
 TEST(MerlRealData, ReadAndWrittenUnchangedIsByteIdentical) {
   const fs::path original = some_merl_file();
   if (original.empty()) GTEST_SKIP() << "GONIO_REAL_DATA names no folder with MERL .binary files";
-  std::string folder = (fs::temp_directory_path() / "gonio_merl_real_XXXXXX").string();
-  ASSERT_NE(::mkdtemp(folder.data()), nullptr);
+  const TemporaryFolder folder;
   const BrdfTable table = read_merl(original);
-  write_merl(fs::path(folder) / "copy.binary", table);
-  EXPECT_TRUE(read_all(fs::path(folder) / "copy.binary") == read_all(original)) << original;
-  fs::remove_all(folder);
+  write_merl(folder / "copy.binary", table);
+  EXPECT_TRUE(read_bytes(folder / "copy.binary") == read_bytes(original)) << original;
 }
 
 TEST(MerlRealData, IsValidWhereItIsAboveTheHorizon) {

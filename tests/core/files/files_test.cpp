@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -12,8 +13,10 @@
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/atomic_folder.h"
+#include "gonio/files/input_file.h"
 #include "gonio/files/sha256.h"
 #include "gonio/files/text_file.h"
+#include "temporary_folder.h"
 
 namespace gonio::files {
 namespace {
@@ -26,31 +29,9 @@ using ::testing::StartsWith;
 using ::testing::ThrowsMessage;
 using ::testing::UnorderedElementsAre;
 
-/// An empty folder of the test's own, gone afterwards.
 class Files : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::path(::testing::TempDir()) / "gonio_files_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    folder_ = name;
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path in_folder(const std::string& name) const { return folder_ / name; }
-
-  void put(const std::string& name, const std::string& text) const {
-    std::ofstream(in_folder(name), std::ios::binary) << text;
-  }
-
-  std::vector<std::string> names() const {
-    std::vector<std::string> found;
-    for (const auto& entry : fs::directory_iterator(folder_)) {
-      found.push_back(entry.path().filename().string());
-    }
-    return found;
-  }
-
-  fs::path folder_;
+  TemporaryFolder folder_;
 };
 
 using AtomicFileTest = Files;
@@ -58,144 +39,145 @@ using AtomicFolderTest = Files;
 using RequireCreatable = Files;
 using Sha256Test = Files;
 using ReadTextFile = Files;
+using InputFileTest = Files;
 
 TEST_F(AtomicFileTest, AppearsUnderItsNameOnlyWhenCommitted) {
-  AtomicFile file(in_folder("a.csv"));
+  AtomicFile file(folder_ / "a.csv");
   file.write("one,");
-  EXPECT_FALSE(fs::exists(in_folder("a.csv")));
+  EXPECT_FALSE(fs::exists(folder_ / "a.csv"));
   file.write("two");
   file.commit();
-  EXPECT_EQ(read_text_file(in_folder("a.csv")), "one,two");
-  EXPECT_THAT(names(), UnorderedElementsAre("a.csv"));
+  EXPECT_EQ(read_text_file(folder_ / "a.csv"), "one,two");
+  EXPECT_THAT(folder_.names(), UnorderedElementsAre("a.csv"));
 }
 
 TEST_F(AtomicFileTest, LeavesNothingBehindWithoutCommit) {
   {
-    AtomicFile file(in_folder("a.csv"));
+    AtomicFile file(folder_ / "a.csv");
     file.write("half");
   }
-  EXPECT_THAT(names(), IsEmpty());
+  EXPECT_THAT(folder_.names(), IsEmpty());
 }
 
 TEST_F(AtomicFileTest, HidesItsTemporaryFileInTheSameFolder) {
-  const AtomicFile file(in_folder("a.csv"));
-  EXPECT_EQ(file.temporary_path().parent_path(), folder_);
+  const AtomicFile file(folder_ / "a.csv");
+  EXPECT_EQ(file.temporary_path().parent_path(), folder_.path());
   EXPECT_THAT(file.temporary_path().filename().string(), StartsWith(".a.csv."));
 }
 
 TEST_F(AtomicFileTest, RefusesATargetThatExists) {
-  put("a.csv", "old");
-  EXPECT_THAT([&] { AtomicFile file(in_folder("a.csv")); },
-              ThrowsMessage<FileError>(AllOf(StartsWith(in_folder("a.csv").string()),
+  folder_.write("a.csv", "old");
+  EXPECT_THAT([&] { AtomicFile file(folder_ / "a.csv"); },
+              ThrowsMessage<FileError>(AllOf(StartsWith((folder_ / "a.csv").string()),
                                              HasSubstr("cannot create: it exists"))));
-  EXPECT_EQ(read_text_file(in_folder("a.csv")), "old");
+  EXPECT_EQ(read_text_file(folder_ / "a.csv"), "old");
 }
 
 TEST_F(AtomicFileTest, RefusesATargetThatAppearsMeanwhile) {
-  AtomicFile file(in_folder("a.csv"));
+  AtomicFile file(folder_ / "a.csv");
   file.write("mine");
-  put("a.csv", "theirs");
+  folder_.write("a.csv", "theirs");
   EXPECT_THROW(file.commit(), FileError);
-  EXPECT_EQ(read_text_file(in_folder("a.csv")), "theirs");
+  EXPECT_EQ(read_text_file(folder_ / "a.csv"), "theirs");
 }
 
 TEST_F(AtomicFileTest, ReplacesAFileWhenToldTo) {
-  put("a.csv", "old");
-  AtomicFile file(in_folder("a.csv"), Overwrite::Yes);
+  folder_.write("a.csv", "old");
+  AtomicFile file(folder_ / "a.csv", Overwrite::Yes);
   file.write("new");
-  EXPECT_EQ(read_text_file(in_folder("a.csv")), "old");
+  EXPECT_EQ(read_text_file(folder_ / "a.csv"), "old");
   file.commit();
-  EXPECT_EQ(read_text_file(in_folder("a.csv")), "new");
+  EXPECT_EQ(read_text_file(folder_ / "a.csv"), "new");
 }
 
 TEST_F(AtomicFileTest, NeverReplacesAFolder) {
-  fs::create_directory(in_folder("a.csv"));
-  EXPECT_THAT([&] { AtomicFile file(in_folder("a.csv"), Overwrite::Yes); },
+  fs::create_directory(folder_ / "a.csv");
+  EXPECT_THAT([&] { AtomicFile file(folder_ / "a.csv", Overwrite::Yes); },
               ThrowsMessage<FileError>(HasSubstr("not a regular file")));
 }
 
 TEST_F(AtomicFileTest, SaysWhyAFileCannotBeCreated) {
-  EXPECT_THAT([&] { AtomicFile file(in_folder("missing/a.csv")); },
+  EXPECT_THAT([&] { AtomicFile file(folder_ / "missing/a.csv"); },
               ThrowsMessage<FileError>(HasSubstr("missing/a.csv: cannot create: No such file")));
-  put("plain", "");
-  EXPECT_THAT([&] { AtomicFile file(in_folder("plain/a.csv")); },
+  folder_.write("plain", "");
+  EXPECT_THAT([&] { AtomicFile file(folder_ / "plain/a.csv"); },
               ThrowsMessage<FileError>(HasSubstr("Not a directory")));
 }
 
 TEST_F(AtomicFileTest, KeepsWhatALibraryWroteByName) {
-  AtomicFile file(in_folder("a.h5"));
+  AtomicFile file(folder_ / "a.h5");
   fs::remove(file.temporary_path());  // some libraries start a file afresh
   std::ofstream(file.temporary_path()) << "by name";
   file.commit();
-  EXPECT_EQ(read_text_file(in_folder("a.h5")), "by name");
+  EXPECT_EQ(read_text_file(folder_ / "a.h5"), "by name");
 }
 
 TEST_F(AtomicFileTest, GivesTheFileTheUsersDefaultPermissions) {
-  put("plain", "");
-  AtomicFile file(in_folder("a.csv"));
+  folder_.write("plain", "");
+  AtomicFile file(folder_ / "a.csv");
   file.commit();
-  EXPECT_EQ(fs::status(in_folder("a.csv")).permissions(),
-            fs::status(in_folder("plain")).permissions());
+  EXPECT_EQ(fs::status(folder_ / "a.csv").permissions(),
+            fs::status(folder_ / "plain").permissions());
 }
 
 TEST_F(AtomicFileTest, AcceptsTheLongestLegalName) {
   const std::string name(255, 'n');
-  write_text_file(in_folder(name), "text");
-  EXPECT_EQ(read_text_file(in_folder(name)), "text");
+  write_text_file(folder_ / name, "text");
+  EXPECT_EQ(read_text_file(folder_ / name), "text");
 }
 
 TEST_F(AtomicFolderTest, AppearsWithEverythingInItWhenCommitted) {
-  AtomicFolder folder(in_folder("session"));
+  AtomicFolder folder(folder_ / "session");
   fs::create_directory(folder.path() / "frames");
   write_text_file(folder.path() / "frames" / "1.txt", "pixels");
-  EXPECT_FALSE(fs::exists(in_folder("session")));
+  EXPECT_FALSE(fs::exists(folder_ / "session"));
   folder.commit();
-  EXPECT_EQ(read_text_file(in_folder("session/frames/1.txt")), "pixels");
-  EXPECT_THAT(names(), UnorderedElementsAre("session"));
+  EXPECT_EQ(read_text_file(folder_ / "session/frames/1.txt"), "pixels");
+  EXPECT_THAT(folder_.names(), UnorderedElementsAre("session"));
 }
 
 TEST_F(AtomicFolderTest, LeavesNothingBehindWithoutCommit) {
   {
-    const AtomicFolder folder(in_folder("session"));
+    const AtomicFolder folder(folder_ / "session");
     write_text_file(folder.path() / "1.txt", "pixels");
   }
-  EXPECT_THAT(names(), IsEmpty());
+  EXPECT_THAT(folder_.names(), IsEmpty());
 }
 
 TEST_F(AtomicFolderTest, RefusesATargetThatExists) {
-  fs::create_directory(in_folder("session"));
-  EXPECT_THAT([&] { AtomicFolder folder(in_folder("session")); },
+  fs::create_directory(folder_ / "session");
+  EXPECT_THAT([&] { AtomicFolder folder(folder_ / "session"); },
               ThrowsMessage<FileError>(HasSubstr("it exists")));
 }
 
 TEST_F(AtomicFolderTest, ReplacesTheWholeFolderWhenToldTo) {
-  fs::create_directory(in_folder("session"));
-  put("session/old.txt", "old");
-  AtomicFolder folder(in_folder("session"), Overwrite::Yes);
+  fs::create_directory(folder_ / "session");
+  folder_.write("session/old.txt", "old");
+  AtomicFolder folder(folder_ / "session", Overwrite::Yes);
   write_text_file(folder.path() / "new.txt", "new");
   folder.commit();
-  EXPECT_FALSE(fs::exists(in_folder("session/old.txt")));
-  EXPECT_EQ(read_text_file(in_folder("session/new.txt")), "new");
-  EXPECT_THAT(names(), UnorderedElementsAre("session"));
+  EXPECT_FALSE(fs::exists(folder_ / "session/old.txt"));
+  EXPECT_EQ(read_text_file(folder_ / "session/new.txt"), "new");
+  EXPECT_THAT(folder_.names(), UnorderedElementsAre("session"));
 }
 
 TEST_F(AtomicFolderTest, TakesATrailingSlashAsPartOfTheName) {
-  AtomicFolder folder(in_folder("session/"));
+  AtomicFolder folder(folder_ / "session/");
   folder.commit();
-  EXPECT_THAT(names(), UnorderedElementsAre("session"));
+  EXPECT_THAT(folder_.names(), UnorderedElementsAre("session"));
 }
 
 TEST_F(RequireCreatable, AcceptsAFreeNameAndLeavesNoTrace) {
-  EXPECT_NO_THROW(require_creatable(in_folder("a.csv")));
-  EXPECT_THAT(names(), IsEmpty());
+  EXPECT_NO_THROW(require_creatable(folder_ / "a.csv"));
+  EXPECT_THAT(folder_.names(), IsEmpty());
 }
 
 TEST_F(RequireCreatable, RefusesWhatTheWriterWouldRefuse) {
-  put("a.csv", "old");
-  EXPECT_THROW(require_creatable(in_folder("a.csv")), FileError);
-  EXPECT_NO_THROW(require_creatable(in_folder("a.csv"), Overwrite::Yes));
-  EXPECT_THROW(require_creatable(in_folder("missing/a.csv")), FileError);
-  EXPECT_THROW(require_creatable(in_folder("a.csv/b.csv")), FileError);
+  folder_.write("a.csv", "old");
+  EXPECT_THROW(require_creatable(folder_ / "a.csv"), FileError);
+  EXPECT_NO_THROW(require_creatable(folder_ / "a.csv", Overwrite::Yes));
+  EXPECT_THROW(require_creatable(folder_ / "missing/a.csv"), FileError);
+  EXPECT_THROW(require_creatable(folder_ / "a.csv/b.csv"), FileError);
   EXPECT_THROW(require_creatable(""), FileError);
 }
 
@@ -211,11 +193,11 @@ TEST_F(Sha256Test, GivesThePublishedDigests) {
 
 // FIPS 180-2 appendix B.3.
 TEST_F(Sha256Test, ReadsFilesLongerThanItsBuffer) {
-  put("a", std::string(1'000'000, 'a'));
-  EXPECT_EQ(sha256_of_file(in_folder("a")),
+  folder_.write("a", std::string(1'000'000, 'a'));
+  EXPECT_EQ(sha256_of_file(folder_ / "a"),
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
-  put("b", std::string(3'000'000, 'b'));
-  EXPECT_EQ(sha256_of_file(in_folder("b")), sha256_of_bytes(std::string(3'000'000, 'b')));
+  folder_.write("b", std::string(3'000'000, 'b'));
+  EXPECT_EQ(sha256_of_file(folder_ / "b"), sha256_of_bytes(std::string(3'000'000, 'b')));
 }
 
 TEST_F(Sha256Test, DoesNotCareHowTheBytesArrive) {
@@ -227,34 +209,69 @@ TEST_F(Sha256Test, DoesNotCareHowTheBytesArrive) {
 }
 
 TEST_F(Sha256Test, SaysWhichFileItCannotRead) {
-  EXPECT_THAT([&] { sha256_of_file(in_folder("missing")); },
+  EXPECT_THAT([&] { sha256_of_file(folder_ / "missing"); },
               ThrowsMessage<FileError>(HasSubstr("missing: cannot open for reading")));
-  EXPECT_THAT([&] { sha256_of_file(folder_); },
-              ThrowsMessage<FileError>(HasSubstr("cannot read: Is a directory")));
+  EXPECT_THAT([&] { sha256_of_file(folder_.path()); },
+              ThrowsMessage<FileError>(HasSubstr("cannot read: found a folder")));
 }
 
 TEST_F(ReadTextFile, KeepsEveryByte) {
   const std::string text("a\r\n\0b", 5);
-  put("a", text);
-  EXPECT_EQ(read_text_file(in_folder("a")), text);
+  folder_.write("a", text);
+  EXPECT_EQ(read_text_file(folder_ / "a"), text);
 }
 
 TEST_F(ReadTextFile, AcceptsExactlyTheLimit) {
-  put("a", std::string(100'000, 'x'));
-  EXPECT_EQ(read_text_file(in_folder("a"), 100'000).size(), 100'000U);
-  EXPECT_THAT([&] { read_text_file(in_folder("a"), 99'999); },
+  folder_.write("a", std::string(100'000, 'x'));
+  EXPECT_EQ(read_text_file(folder_ / "a", 100'000).size(), 100'000U);
+  EXPECT_THAT([&] { read_text_file(folder_ / "a", 99'999); },
               ThrowsMessage<DataFormatError>(HasSubstr("a: byte 99999: found more data")));
 }
 
-TEST_F(ReadTextFile, RefusesAnEndlessDevice) {
-  EXPECT_THROW(read_text_file("/dev/zero", 1000), DataFormatError);
+TEST_F(ReadTextFile, SaysWhyAFileCannotBeRead) {
+  EXPECT_THAT([&] { read_text_file(folder_ / "missing"); },
+              ThrowsMessage<FileError>(HasSubstr("No such file or directory")));
+  EXPECT_THAT([&] { read_text_file(folder_.path()); },
+              ThrowsMessage<FileError>(HasSubstr("found a folder")));
 }
 
-TEST_F(ReadTextFile, SaysWhyAFileCannotBeRead) {
-  EXPECT_THAT([&] { read_text_file(in_folder("missing")); },
-              ThrowsMessage<FileError>(HasSubstr("No such file or directory")));
-  EXPECT_THAT([&] { read_text_file(folder_); },
-              ThrowsMessage<FileError>(HasSubstr("Is a directory")));
+TEST_F(AtomicFileTest, SaysWhetherThereIsRoom) {
+  AtomicFile file(folder_ / "a");
+  file.require_room(100'000);
+  constexpr std::uintmax_t kExbibyte = std::uintmax_t{1} << 60U;  // no disk is this large
+  EXPECT_THAT([&] { file.require_room(kExbibyte); },
+              ThrowsMessage<FileError>(HasSubstr("a: cannot write: ")));
+  file.write("whole");
+  file.commit();
+  EXPECT_EQ(folder_.read("a"), "whole");
+}
+
+TEST_F(InputFileTest, RefusesWhatIsNotARegularFileWithoutWaitingForIt) {
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const auto& [path, kind] : {std::pair(pipe, "a pipe"), std::pair(folder_.path(), "a folder"),
+                                   std::pair(fs::path("/dev/zero"), "a device")}) {
+    const auto refusal = ThrowsMessage<FileError>(
+        HasSubstr(std::string("cannot read: found ") + kind + ", expected a regular file"));
+    EXPECT_THAT([&] { InputFile file(path); }, refusal);
+    EXPECT_THAT([&] { InputFile::open_if_exists(path); }, refusal);
+    EXPECT_THAT([&] { require_regular_file(path); }, refusal);
+    EXPECT_THAT([&] { read_text_file(path); }, refusal);
+    EXPECT_THAT([&] { sha256_of_file(path); }, refusal);
+  }
+  EXPECT_FALSE(InputFile::open_if_exists(folder_ / "missing").has_value());
+}
+
+TEST_F(InputFileTest, ReadsThroughALinkAndSaysWhereTheFileEnds) {
+  folder_.write("a", "hello");
+  fs::create_symlink(folder_ / "a", folder_ / "link");
+  InputFile file(folder_ / "link");
+  EXPECT_EQ(file.size(), 5U);
+  std::array<std::byte, 3> three{};
+  file.read(three);
+  EXPECT_EQ(three[2], std::byte{'l'});
+  EXPECT_THAT([&] { file.read(three); },
+              ThrowsMessage<DataFormatError>(HasSubstr("link: byte 5: the file ends here")));
 }
 
 }  // namespace

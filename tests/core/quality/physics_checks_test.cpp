@@ -1,4 +1,5 @@
 #include "gonio/quality/physics_checks.h"
+#include "directions_deg.h"
 
 #include <gtest/gtest.h>
 
@@ -39,8 +40,7 @@ class Cap final : public brdf::BrdfModel {
 
 samples::Sample sample(double theta_h, double theta_d, double phi_d, double value, int pose = -1) {
   samples::Sample s;
-  s.direction = {Angle::from_degrees(theta_h), Angle::from_degrees(theta_d),
-                 Angle::from_degrees(phi_d), Angle()};
+  s.direction = half_diff_deg(theta_h, theta_d, phi_d);
   s.value_per_sr = Rgb::Constant(value);
   s.sigma_per_sr = Rgb::Constant(0.006);
   s.u_common_per_sr = Rgb::Constant(0.008);  // together 0.010

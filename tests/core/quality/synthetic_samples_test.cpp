@@ -1,4 +1,5 @@
 #include "gonio/quality/synthetic_samples.h"
+#include "directions_deg.h"
 
 #include <gtest/gtest.h>
 
@@ -14,11 +15,6 @@ using brdf::Rgb;
 constexpr double kRounding = 1e-12;
 constexpr std::size_t kMany = 20000;
 constexpr double kSpreadTolerance = 0.03;  // 20,000 draws know their spread to 0.5 %
-
-HalfDiff at(double theta_h_deg, double theta_d_deg, double phi_d_deg) {
-  return {Angle::from_degrees(theta_h_deg), Angle::from_degrees(theta_d_deg),
-          Angle::from_degrees(phi_d_deg), Angle()};
-}
 
 /// f = a constant plus cos theta_i: tells the light from the detector.
 class LightCosine final : public brdf::BrdfModel {
@@ -39,7 +35,7 @@ double spread(const std::vector<double>& values) {
 }
 
 TEST(SyntheticSamples, AreTheModelItselfWithoutNoise) {
-  const std::vector<HalfDiff> directions = {at(10, 30, 70), at(40, 5, 120)};
+  const std::vector<HalfDiff> directions = {half_diff_deg(10, 30, 70), half_diff_deg(40, 5, 120)};
   const samples::SampleSet set =
       synthetic_samples(LightCosine(), brdf::RadiometricScale::merl, directions);
   ASSERT_EQ(set.samples.size(), 2u);
@@ -55,7 +51,7 @@ TEST(SyntheticSamples, AreTheModelItselfWithoutNoise) {
 }
 
 TEST(SyntheticSamples, CarryTheSizeOfTheNoiseTheyWereDrawnWith) {
-  const std::vector<HalfDiff> directions(kMany, at(20, 30, 60));
+  const std::vector<HalfDiff> directions(kMany, half_diff_deg(20, 30, 60));
   SyntheticNoise noise;
   noise.relative = 0.03;
   const samples::SampleSet set =
@@ -73,7 +69,7 @@ TEST(SyntheticSamples, ShareCommonNoiseWithinAPoseAndNotBetweenPoses) {
   noise.common_relative = 0.05;
   PatchGeometry patch;
   patch.half_width_mm = 1e-6;  // nine samples of the same direction
-  const std::vector<HalfDiff> directions = {at(20, 30, 60), at(20, 30, 60)};
+  const std::vector<HalfDiff> directions = {half_diff_deg(20, 30, 60), half_diff_deg(20, 30, 60)};
   const samples::SampleSet set =
       synthetic_samples(LightCosine(), brdf::RadiometricScale::si, directions, patch, noise);
   ASSERT_EQ(set.samples.size(), 18u);
@@ -92,7 +88,8 @@ TEST(SyntheticSamples, PatchSpreadsDirectionsByItsWidthOverTheDistance) {
   patch.grid = 3;  // centres at -20, 0, 20 mm
   patch.camera_distance_mm = 1000.0;
   patch.lamp_distance_mm = 500.0;
-  const std::vector<HalfDiff> directions = {at(0.0, 1.0, 0.0)};  // both nearly along the normal
+  const std::vector<HalfDiff> directions = {
+      half_diff_deg(0.0, 1.0, 0.0)};  // both nearly along the normal
   const samples::SampleSet set =
       synthetic_samples(LightCosine(), brdf::RadiometricScale::si, directions, patch);
   ASSERT_EQ(set.samples.size(), 9u);
@@ -106,7 +103,7 @@ TEST(SyntheticSamples, LeaveOutWhatAPatchPutsBelowTheHorizon) {
   PatchGeometry patch;
   patch.half_width_mm = 50.0;
   patch.camera_distance_mm = patch.lamp_distance_mm = 60.0;
-  const std::vector<HalfDiff> directions = {at(2.0, 87.0, 5.0)};
+  const std::vector<HalfDiff> directions = {half_diff_deg(2.0, 87.0, 5.0)};
   const samples::SampleSet set =
       synthetic_samples(LightCosine(), brdf::RadiometricScale::si, directions, patch);
   EXPECT_FALSE(set.samples.empty());
@@ -120,7 +117,7 @@ TEST(SyntheticSamples, LeaveOutWhatAPatchPutsBelowTheHorizon) {
 TEST(SyntheticSamples, TiltMovesTheTruthAndIsToldAsAngleUncertainty) {
   SyntheticNoise noise;
   noise.normal_tilt = Angle::from_degrees(0.5);
-  const std::vector<HalfDiff> directions(kMany, at(30, 40, 0));  // theta_i = 70 deg
+  const std::vector<HalfDiff> directions(kMany, half_diff_deg(30, 40, 0));  // theta_i = 70 deg
   const samples::SampleSet set =
       synthetic_samples(LightCosine(), brdf::RadiometricScale::si, directions, {}, noise);
   std::vector<double> cosines;
@@ -139,7 +136,7 @@ TEST(SyntheticSamples, TiltMovesTheTruthAndIsToldAsAngleUncertainty) {
 TEST(SyntheticSamples, AreTheSameForTheSameSeedAndStreamOnly) {
   SyntheticNoise noise;
   noise.relative = 0.1;
-  const std::vector<HalfDiff> directions = {at(20, 30, 60)};
+  const std::vector<HalfDiff> directions = {half_diff_deg(20, 30, 60)};
   const auto draw = [&](std::uint64_t seed, std::uint64_t stream) {
     return synthetic_samples(LightCosine(), brdf::RadiometricScale::si, directions, {}, noise, seed,
                              stream)
@@ -156,9 +153,9 @@ TEST(SyntheticSamples, RefuseNonsense) {
                        const SyntheticNoise& noise) {
     return synthetic_samples(LightCosine(), brdf::RadiometricScale::si, directions, patch, noise);
   };
-  const std::vector<HalfDiff> good = {at(20, 30, 60)};
+  const std::vector<HalfDiff> good = {half_diff_deg(20, 30, 60)};
   EXPECT_THROW(make({}, {}, {}), std::invalid_argument);
-  EXPECT_THROW(make({at(20, 89, 0)}, {}, {}), std::invalid_argument);
+  EXPECT_THROW(make({half_diff_deg(20, 89, 0)}, {}, {}), std::invalid_argument);
   SyntheticNoise negative;
   negative.relative = -0.1;
   EXPECT_THROW(make(good, {}, negative), std::invalid_argument);

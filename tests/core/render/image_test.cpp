@@ -15,6 +15,7 @@
 #include "gonio/render/comparison_sheet.h"
 #include "gonio/render/difference.h"
 #include "gonio/render/png.h"
+#include "temporary_folder.h"
 
 namespace gonio::render {
 namespace {
@@ -92,14 +93,12 @@ TEST(Png, IsTheSameBytesEachTime) {
 }
 
 TEST(Png, IsNotWrittenOverAnExistingFileUnlessTold) {
-  const std::filesystem::path path =
-      std::filesystem::path(::testing::TempDir()) / "gonio_png_exists.png";
-  std::filesystem::remove(path);
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder / "a.png";
   write_png(path, chequered(true));
   EXPECT_THROW(write_png(path, chequered(false)), FileError);
   write_png(path, chequered(false), files::Overwrite::Yes);
   EXPECT_GT(std::filesystem::file_size(path), 60u);
-  std::filesystem::remove(path);
 }
 
 TEST(HeatColour, RisesInLightness) {

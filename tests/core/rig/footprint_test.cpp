@@ -9,7 +9,7 @@ using test::deg;
 
 /// theta_o of an in-plane direction with theta_d = 20: theta_h + 20.
 brdf::HalfDiff viewed_at(double theta_o_deg) {
-  return test::direction(theta_o_deg - 20.0, 20.0, 180.0);
+  return half_diff_deg(theta_o_deg - 20.0, 20.0, 180.0);
 }
 
 std::optional<Reason> verdict(const FootprintLimits& footprint, double theta_o_deg) {

@@ -7,7 +7,6 @@ namespace gonio::rig {
 namespace {
 
 using test::deg;
-using test::direction;
 using test::joints;
 
 // Rounding of unit vectors through some twenty operations.
@@ -90,10 +89,34 @@ TEST(La2, EveryBranchShowsTheDirectionItWasSolvedFor) {
 
 TEST(La2, BranchesAreNamed) {
   const Reach reach =
-      Inverse(test::unlimited_la2(), {true, true, true}).solve(direction(20, 30, 40));
+      Inverse(test::unlimited_la2(), {true, true, true}).solve(half_diff_deg(20, 30, 40));
   std::vector<std::string> names;
   for (const PoseSolution& pose : reach.poses) names.push_back(branch_name(pose));
   EXPECT_THAT(names, testing::ElementsAre("A", "B", "C", "D", "A'", "B'", "C'", "D'"));
+}
+
+TEST(La2, ABranchIsKnownByTheSideOfItsJoints) {
+  // Also on a misaligned LA-2, whose joints are found numerically.
+  RigDescription misaligned = test::unlimited_la2();
+  misaligned.sample.links[1].direction =
+      Eigen::Vector3d(0.01, -1.0, 0.005).normalized();  // more than any mounting
+  for (const RigDescription& rig : {test::unlimited_la2(), misaligned}) {
+    const Inverse inverse(rig, {true, true, true});
+    test::Random random(23);
+    for (int i = 0; i < 50; ++i) {
+      // Away from the axis, where the two sides meet.
+      brdf::HalfDiff d = test::random_direction(random, 75.0);
+      d.theta_d = std::max(d.theta_d, deg(5.0));
+      for (PoseSolution pose : inverse.solve(d).poses) {
+        EXPECT_TRUE(inverse.on_named_side(d, pose)) << branch_name(pose);
+        pose.joints[0] = pose.joints[0] + deg(0.01);  // people round
+        EXPECT_TRUE(inverse.on_named_side(d, pose)) << branch_name(pose);
+        constexpr std::array kOther{Branch::B, Branch::A, Branch::D, Branch::C};
+        pose.branch = kOther[static_cast<std::size_t>(pose.branch)];
+        EXPECT_FALSE(inverse.on_named_side(d, pose)) << branch_name(pose);
+      }
+    }
+  }
 }
 
 TEST(La2, BranchAKeepsTheLampOnItsSideAndTheTiltUp) {

@@ -10,7 +10,6 @@ namespace gonio::rig {
 namespace {
 
 using test::deg;
-using test::direction;
 
 // A pose counts as a solution below 1e-9; compared with the direction once more from outside.
 constexpr double kSolved = 2e-9;
@@ -89,7 +88,7 @@ TEST(NumericInverse, ReportsTheAxisLimitOfABentRig) {
   test::Random random(3);
   RigDescription rig = misaligned_la2(random);
   rig.axes[2].max = deg(30.0);
-  const Reach reach = Inverse(rig, {false, false, false}).solve(direction(50.0, 20.0, 89.0));
+  const Reach reach = Inverse(rig, {false, false, false}).solve(half_diff_deg(50.0, 20.0, 89.0));
   ASSERT_TRUE(reach.refusal);
   EXPECT_EQ(reach.refusal->reason, Reason::AxisLimit);
 }
@@ -99,13 +98,13 @@ TEST(NumericInverse, GivesUpWithAReasonWhereTheRigHasTooFewAxes) {
   rig.sample.links.pop_back();
   rig.axes.pop_back();  // in-plane only
   const Inverse inverse(rig);
-  const Reach out_of_plane = inverse.solve(direction(30.0, 20.0, 90.0));
+  const Reach out_of_plane = inverse.solve(half_diff_deg(30.0, 20.0, 90.0));
   ASSERT_TRUE(out_of_plane.refusal);
   EXPECT_EQ(to_string(out_of_plane.refusal->reason), "NO_IK");
-  const Reach in_plane = inverse.solve(direction(30.0, 20.0, 180.0));
+  const Reach in_plane = inverse.solve(half_diff_deg(30.0, 20.0, 180.0));
   ASSERT_FALSE(in_plane.poses.empty());
   EXPECT_LT(test::difference(test::nominal(rig, in_plane.poses[0].joints),
-                             brdf::directions_from_half_diff(direction(30.0, 20.0, 180.0))),
+                             brdf::directions_from_half_diff(half_diff_deg(30.0, 20.0, 180.0))),
             kSolved);
 }
 
@@ -184,7 +183,7 @@ TEST(NumericInverse, DrivesASlide) {
   const Eigen::Vector3d lamp = forward(rig, q).world_from_lamp.translation();
   EXPECT_NEAR((lamp - Eigen::Vector3d(500.0, 50.0, 0.0)).norm(), 0.0, 1e-9);
 
-  const brdf::HalfDiff d = direction(15.0, 20.0, 60.0);  // 40 deg aside: 420 mm along the rail
+  const brdf::HalfDiff d = half_diff_deg(15.0, 20.0, 60.0);  // 40 deg aside: 420 mm along the rail
   const Reach reach = Inverse(rig, {false, false, false}).solve(d);
   ASSERT_FALSE(reach.poses.empty()) << reach.refusal->detail;
   EXPECT_LT(test::difference(test::nominal(rig, reach.poses[0].joints),

@@ -9,7 +9,6 @@ namespace gonio::rig {
 namespace {
 
 using test::deg;
-using test::direction;
 
 /// Limits of one published figure: lowest theta_d, highest polar angles, tilt, azimuth, arm.
 struct Figure {
@@ -54,10 +53,10 @@ TEST(Reach, DoesNotDependOnTheNumberOfThreads) {
   const Inverse inverse(la2());
   parallel::set_thread_count(1);
   const ReachStatistics one = reach_statistics(inverse);
-  const auto nearest_one = nearest_reachable(inverse, direction(2.84, 89.0, 15.0));
+  const auto nearest_one = nearest_reachable(inverse, half_diff_deg(2.84, 89.0, 15.0));
   parallel::set_thread_count(2);
   const ReachStatistics two = reach_statistics(inverse);
-  const auto nearest_two = nearest_reachable(inverse, direction(2.84, 89.0, 15.0));
+  const auto nearest_two = nearest_reachable(inverse, half_diff_deg(2.84, 89.0, 15.0));
   parallel::set_thread_count(0);
   EXPECT_EQ(one.reachable, two.reachable);
   EXPECT_EQ(one.refused, two.refused);
@@ -67,7 +66,7 @@ TEST(Reach, DoesNotDependOnTheNumberOfThreads) {
 
 TEST(Reach, OffersAReachableDirectionCloseToARefusedOne) {
   const Inverse inverse(la2());
-  const brdf::HalfDiff refused = direction(2.84, 89.0, 15.0);
+  const brdf::HalfDiff refused = half_diff_deg(2.84, 89.0, 15.0);
   const auto offer = nearest_reachable(inverse, refused);
   ASSERT_TRUE(offer);
   EXPECT_FALSE(inverse.solve(offer->direction).poses.empty());
@@ -77,7 +76,7 @@ TEST(Reach, OffersAReachableDirectionCloseToARefusedOne) {
 }
 
 TEST(Reach, OffersTheCellOfADirectionThatIsReachable) {
-  const auto offer = nearest_reachable(Inverse(la2()), direction(20.0, 30.5, -79.5));
+  const auto offer = nearest_reachable(Inverse(la2()), half_diff_deg(20.0, 30.5, -79.5));
   ASSERT_TRUE(offer);
   EXPECT_LT(offer->distance, deg(0.6));  // half a cell
   // phi_d = -79.5 is 100.5 by reciprocity, which the lattice takes for granted.
@@ -88,7 +87,7 @@ TEST(Reach, OffersNothingWhereNothingIsReachable) {
   RigDescription rig = la2();
   rig.limits.theta_i_max = Angle();
   rig.limits.theta_o_max = Angle();
-  EXPECT_FALSE(nearest_reachable(Inverse(rig), direction(10.0, 20.0, 30.0)));
+  EXPECT_FALSE(nearest_reachable(Inverse(rig), half_diff_deg(10.0, 20.0, 30.0)));
 }
 
 TEST(Reach, RankTellsAnInPlaneRig) {

@@ -6,21 +6,19 @@
 #include <complex>
 #include <random>
 
+#include "directions_deg.h"
 #include "gonio/rig/kinematics.h"
 
 namespace gonio::rig::test {
 
 inline Angle deg(double degrees) { return Angle::from_degrees(degrees); }
 
-inline brdf::HalfDiff direction(double theta_h_deg, double theta_d_deg, double phi_d_deg) {
-  return {deg(theta_h_deg), deg(theta_d_deg), deg(phi_d_deg), Angle()};
-}
-
 /// Nielsen, Jensen, Ramamoorthi 2015: their ten directions.
 inline const std::array<brdf::HalfDiff, 10> kPublishedTen{
-    direction(3, 12, 28),  direction(63, 19, 89), direction(5, 77, 77),  direction(2, 60, 180),
-    direction(15, 4, 130), direction(1, 6, 37),   direction(2, 79, 110), direction(39, 76, 89),
-    direction(0, 71, 104), direction(5, 75, 180)};
+    half_diff_deg(3, 12, 28),  half_diff_deg(63, 19, 89), half_diff_deg(5, 77, 77),
+    half_diff_deg(2, 60, 180), half_diff_deg(15, 4, 130), half_diff_deg(1, 6, 37),
+    half_diff_deg(2, 79, 110), half_diff_deg(39, 76, 89), half_diff_deg(0, 71, 104),
+    half_diff_deg(5, 75, 180)};
 
 /// Random numbers that are the same everywhere.
 class Random {
@@ -45,8 +43,8 @@ inline brdf::HalfDiff random_direction(Random& random, double theta_d_max_deg) {
   while (true) {
     // The square crowds theta_h towards the pole, where coordinates are delicate.
     const double u = random.uniform(0.0, 1.0);
-    const brdf::HalfDiff d = direction(90.0 * u * u, random.uniform(0.0, theta_d_max_deg),
-                                       random.uniform(-180.0, 180.0));
+    const brdf::HalfDiff d = half_diff_deg(90.0 * u * u, random.uniform(0.0, theta_d_max_deg),
+                                           random.uniform(-180.0, 180.0));
     if (brdf::above_horizon(d.theta_h, d.theta_d, d.phi_d)) return d;
   }
 }

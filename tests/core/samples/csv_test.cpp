@@ -1,6 +1,7 @@
 #include "gonio/samples/csv.h"
 
 #include <gmock/gmock.h>
+#include <sys/stat.h>
 
 #include <cmath>
 #include <random>
@@ -91,9 +92,12 @@ TEST_F(Csv, RefusesEmptyFilesAndUnusableHeaders) {
 
 TEST_F(Csv, RefusesWhatIsNoPlainFile) {
   EXPECT_THAT(error_of<FileError>([&] { CsvReader reader(file("absent.csv")); }),
-              HasSubstr("no such file"));
+              HasSubstr("No such file"));
   EXPECT_THROW(CsvReader{std::filesystem::temp_directory_path()}, FileError);
   EXPECT_THROW(CsvReader{"/dev/zero"}, FileError);
+  const auto pipe = file("pipe.csv");
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);  // nobody will ever write to it
+  EXPECT_THROW(CsvReader{pipe}, FileError);
 }
 
 TEST_F(Csv, ChecksWholeNumbersAndRanges) {

@@ -1,43 +1,21 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-#include <sstream>
 #include <string>
 #include <string_view>
 
+#include "temporary_folder.h"
+
 namespace gonio::samples::test {
 
-/// A folder of one test case's own, removed at the end.
+/// Every test case with a folder of its own.
 class ScratchFolder : public testing::Test {
  protected:
-  ScratchFolder() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("gonio_samples_" + std::string(info->name()) + "_" + std::to_string(getpid()));
-    std::filesystem::create_directories(folder_);
-  }
-  ~ScratchFolder() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
+  std::filesystem::path file(std::string_view name) const { return folder_ / name; }
 
-  std::filesystem::path file(const std::string& name) const { return folder_ / name; }
-
-  std::filesystem::path written(std::string_view text, const std::string& name = "in.csv") const {
-    std::ofstream stream(file(name), std::ios::binary);
-    stream << text;
-    return file(name);
-  }
-
-  static std::string content(const std::filesystem::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
+  std::filesystem::path written(std::string_view text, std::string_view name = "in.csv") const {
+    return folder_.write(name, text);
   }
 
   /// what() of the exception of type Error that `call` throws.
@@ -53,7 +31,7 @@ class ScratchFolder : public testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  TemporaryFolder folder_;
 };
 
 }  // namespace gonio::samples::test

@@ -3,6 +3,7 @@
 #include <limits>
 #include <random>
 
+#include "directions_deg.h"
 #include "gonio/errors/errors.h"
 #include "gonio/samples/samples.h"
 #include "scratch_folder.h"
@@ -17,8 +18,7 @@ class WriteSamples : public test::ScratchFolder {};
 SampleSet one_sample() {
   SampleSet set;
   Sample sample;
-  sample.direction = {Angle::from_degrees(3.0), Angle::from_degrees(12.0),
-                      Angle::from_degrees(28.0), Angle()};
+  sample.direction = half_diff_deg(3.0, 12.0, 28.0);
   sample.value_per_sr = brdf::Rgb(0.1, 0.2, 0.3);
   set.samples = {sample};
   return set;
@@ -56,7 +56,7 @@ SampleSet random_samples() {
 
 TEST_F(WriteSamples, LeavesOutColumnsThatSayNothing) {
   write_samples(file("out.csv"), one_sample());
-  EXPECT_EQ(content(file("out.csv")),
+  EXPECT_EQ(read_bytes(file("out.csv")),
             "# radiometric_scale = si\ntheta_h_deg,theta_d_deg,phi_d_deg,r,g,b\n"
             "3,12,28,0.1,0.2,0.3\n");
 }
@@ -91,13 +91,13 @@ TEST_F(WriteSamples, ReadsBackToTheLastBit) {
 TEST_F(WriteSamples, RewritesWhatItReadByteForByte) {
   write_samples(file("first.csv"), random_samples());
   write_samples(file("second.csv"), read_samples(file("first.csv")));
-  EXPECT_EQ(content(file("first.csv")), content(file("second.csv")));
+  EXPECT_EQ(read_bytes(file("first.csv")), read_bytes(file("second.csv")));
 }
 
 TEST_F(WriteSamples, KeepsAnExistingFileUnlessTold) {
   const auto path = written("precious", "out.csv");
   EXPECT_THROW(write_samples(path, one_sample()), FileError);
-  EXPECT_EQ(content(path), "precious");
+  EXPECT_EQ(read_bytes(path), "precious");
   write_samples(path, one_sample(), files::Overwrite::Yes);
   EXPECT_EQ(read_samples(path).samples.size(), 1u);
 }

@@ -21,8 +21,8 @@ constexpr std::uintmax_t kMerlFileBytes = 12 + 3 * lattice::kCells * 8;
 /// copied over another, or a crash between the two renames of write_merl(), is found out here
 /// instead of giving numbers in the wrong unit.
 ///
-/// Throws   FileError when a file cannot be opened or read. DataFormatError (path, byte offset or
-///          key, found, expected): not a regular file, wrong size or dimensions, a value that is
+/// Throws   FileError when a file cannot be opened or read, or is no regular file. DataFormatError
+///          (path, byte offset or key, found, expected): wrong size or dimensions, a value that is
 ///          NaN or infinite, no valid cell above the horizon, broken or foreign sidecar.
 /// Cost     One pass over 35 MB; with a sidecar also their SHA-256.
 BrdfTable read_merl(const std::filesystem::path& path);

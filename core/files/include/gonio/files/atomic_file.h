@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <span>
 #include <string_view>
@@ -40,6 +41,11 @@ class AtomicFile {
   /// The hidden file, for libraries that open by name (HDF5, libtiff). They must have closed it
   /// before commit(). Do not mix with write().
   const std::filesystem::path& temporary_path() const noexcept { return temporary_; }
+
+  /// Throws as write() would when the file could not grow to `bytes` now: disk, quota, or a limit on
+  /// the size of files. For libraries that do not survive it in the middle of their work. Holds
+  /// nothing back; only before anything is written.
+  void require_room(std::uintmax_t bytes);
 
   /// Unbuffered: hand over large pieces.
   void write(std::span<const std::byte> bytes);

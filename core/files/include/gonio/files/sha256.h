@@ -28,7 +28,7 @@ class Sha256 {
   std::unique_ptr<Context> context_;
 };
 
-/// 64 lower-case hexadecimal digits. Throws FileError when the file cannot be read.
+/// 64 lower-case hexadecimal digits. Throws FileError as InputFile does.
 std::string sha256_of_file(const std::filesystem::path& path);
 
 std::string sha256_of_bytes(std::span<const std::byte> bytes);

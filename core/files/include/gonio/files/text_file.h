@@ -10,8 +10,10 @@ namespace gonio::files {
 constexpr std::size_t kMaxTextBytes = std::size_t{256} << 20U;
 
 /// The whole file, byte for byte.
-/// Throws   FileError when it cannot be read; DataFormatError when it has more than `max_bytes`,
-///          found by reading, so that a device or pipe without an end is refused as well.
+/// Throws   FileError when it cannot be read or is no regular file (InputFile); DataFormatError
+/// when
+///          it has more than `max_bytes`, found by reading, so that a file that grows is refused
+///          too.
 std::string read_text_file(const std::filesystem::path& path,
                            std::size_t max_bytes = kMaxTextBytes);
 

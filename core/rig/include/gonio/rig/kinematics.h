@@ -103,6 +103,11 @@ class Inverse {
   /// same reservation; nothing when reachable.
   std::optional<Reason> refusal_reason(const brdf::HalfDiff& direction) const;
 
+  /// Whether a pose that shows `direction` is named by the branch its lamp side says. True on rigs
+  /// that are no LA-2, not even a misaligned one, where sides have no names. Limits are not looked
+  /// at, nor whether the pose shows the direction.
+  bool on_named_side(const brdf::HalfDiff& direction, const PoseSolution& pose) const;
+
   bool closed_form() const;
 
  private:

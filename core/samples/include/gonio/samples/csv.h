@@ -23,7 +23,7 @@ struct CsvRow {
 ///
 /// Hostile  The file is untrusted: at most 256 MiB, 64 KiB a line, 1,024 columns; control
 ///          characters are refused; rows are handed out one at a time, so memory stays near the
-///          size of the file. Pipes are read like files, directories and devices refused.
+///          size of the file. Folders, pipes and devices are refused.
 /// Errors   FileError when it cannot be read; DataFormatError with path, "line N, column NAME",
 ///          what was found and what was expected.
 /// Threads  One at a time.
