@@ -120,7 +120,8 @@ TEST_F(BadInput, NamesTheRowOfBadSamples) {
   refused(reconstruct("columns.csv"), {"columns.csv"});
   folder.write("merl.csv",
                "# radiometric_scale = merl\n" + std::string(kSampleHeader) + "10,20,30,1,2,3\n");
-  refused(reconstruct("merl.csv"), {"merl.csv", "found merl", "expected si"});
+  refused(reconstruct("merl.csv"), {"merl.csv", "found merl", "expected si",
+                                    "\n  samples in the scale of the MERL files need"});
   folder.write("good.csv",
                "# radiometric_scale = si\n" + std::string(kSampleHeader) + "10,20,30,1,2,3\n");
   refused({"reconstruct", "good.csv", "--basis", "good.csv", "--out", "x.binary"}, {"good.csv"});

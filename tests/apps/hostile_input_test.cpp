@@ -121,6 +121,7 @@ TEST_F(HostileInput, CellsAreShownNotObeyed) {
 TEST_F(HostileInput, WhatIsNoRegularFileIsNotWaitedFor) {
   run({"train", "builtin:slate", "builtin:gold-satin", "builtin:red-pmma", "--out", "basis.h5"});
   run({"sample", "builtin:slate", "--directions", "list.csv", "--out", "samples.csv"});
+  folder.write("good.binary", merl_file(1.0));
   // Without anybody who would ever write to it.
   ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
   std::filesystem::create_directory(folder / "empty");
@@ -128,7 +129,7 @@ TEST_F(HostileInput, WhatIsNoRegularFileIsNotWaitedFor) {
   const std::vector<std::vector<std::string>> commands{
       {"compare", "builtin:slate", "WHAT.binary"},
       {"render", "WHAT.binary", "--out", "x.png"},
-      {"train", "WHAT.binary", "--out", "x.h5"},
+      {"train", "good.binary", "WHAT.binary", "--out", "x.h5"},
       {"rig", "check", "WHAT"},
       {"plan", "--directions", "WHAT", "--rig", "rig.toml", "--out", "plan.csv"},
       {"plan", "--samples", "4", "--basis", "WHAT", "--out", "plan.csv"},

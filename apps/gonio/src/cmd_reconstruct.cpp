@@ -28,6 +28,19 @@ samples::SampleSet samples_input(const Console& console, const std::filesystem::
   return std::move(reduction.samples);
 }
 
+void require_scale_of(const basis::Basis& basis, const std::string& basis_name,
+                      brdf::RadiometricScale scale, const std::string& samples_name) {
+  if (scale == basis.scale) return;
+  const std::string hint =
+      scale == brdf::RadiometricScale::si
+          ? "samples in SI units need a basis in SI units: gonio train builtin --out si.h5"
+          : "samples in the scale of the MERL files need a basis trained on such files";
+  throw UsageError(
+      fmt::format("{}: radiometric scale: found {}, expected {} as in {}", samples_name,
+                  brdf::to_string(scale), brdf::to_string(basis.scale), basis_name),
+      hint);
+}
+
 basis::ReconstructOptions reconstruct_options(const std::string& method, const std::string& eta) {
   basis::ReconstructOptions options;
   options.method = basis::method_from_string(method);
@@ -60,11 +73,7 @@ int reconstruct(Context& context, const Options& options) {
     const PhaseTimer timer(context.console, "reading the basis");
     return basis::read_basis(options.basis);
   }();
-  if (samples.scale != basis.scale) {
-    throw UsageError(fmt::format("{}: radiometric scale: found {}, expected {} as in {}",
-                                 options.input, brdf::to_string(samples.scale),
-                                 brdf::to_string(basis.scale), options.basis));
-  }
+  require_scale_of(basis, options.basis, samples.scale, options.input);
   const basis::Fit fit = [&] {
     const PhaseTimer timer(context.console, "fitting");
     return blame(options.input, [&] { return basis::fit(basis, samples, how); });

@@ -6,6 +6,7 @@
 #include "materials_input.h"
 #include "outputs.h"
 #include "report_data.h"
+#include "samples_input.h"
 
 namespace gonio::cli {
 namespace {
@@ -41,6 +42,7 @@ int make_report(Context& context, const Options& options) {
     data.samples = fitted_samples(reduction.samples, *method.table);
   } else {
     const basis::Basis basis = basis::read_basis(options.basis);
+    require_scale_of(basis, options.basis, reduction.samples.scale, options.session);
     fit = blame(options.session, [&] { return basis::fit(basis, reduction.samples); });
     method.table = std::make_shared<brdf::BrdfTable>(basis::expand(basis, fit->coefficients));
     data.samples = fitted_samples(reduction.samples, *fit);

@@ -1,6 +1,5 @@
 #include "failures.h"
 
-#include <algorithm>
 #include <new>
 
 #include "gonio/devices/device_error.h"
@@ -20,15 +19,10 @@ ExitCode code_of(const std::exception& error) {
   return kFailure;
 }
 
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
 }  // namespace
 
 Failure describe(const std::exception& error) {
-  Failure failure{code_of(error), one_line(error.what()), {}};
+  Failure failure{code_of(error), error.what(), {}};
   if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) failure.message = "out of memory";
   if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
     failure.message = file->path1().string() + ": " + file->code().message();

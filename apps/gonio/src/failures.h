@@ -37,7 +37,7 @@ class Interrupted : public std::runtime_error {
 
 struct Failure {
   ExitCode code = kFailure;
-  std::string message;  ///< one line
+  std::string message;  ///< one line, as far as the names in it are
   std::string hint;     ///< may be empty
 };
 
