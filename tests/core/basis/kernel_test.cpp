@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "directions_deg.h"
 #include "gonio/basis/reconstruct.h"
 #include "gonio/parallel/parallel.h"
 #include "test_materials.h"
@@ -19,8 +20,8 @@ constexpr double kLength = 0.7;
 
 const std::vector<brdf::HalfDiff>& directions() {
   static const std::vector<brdf::HalfDiff> all = {
-      test::angles(3, 12, 28),  test::angles(50, 19, 89), test::angles(5, 70, 77),
-      test::angles(15, 4, 130), test::angles(1, 6, 37),   test::angles(0.3, 71, 104)};
+      half_diff_deg(3, 12, 28),  half_diff_deg(50, 19, 89), half_diff_deg(5, 70, 77),
+      half_diff_deg(15, 4, 130), half_diff_deg(1, 6, 37),   half_diff_deg(0.3, 71, 104)};
   return all;
 }
 
