@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "gonio/parallel/parallel.h"
 #include "row_products.h"
@@ -63,16 +64,20 @@ Change dropping(Criterion criterion, const Eigen::VectorXd& row, const Eigen::Ma
 }
 
 CandidateField::CandidateField(const basis::RowMajorMatrixXf& rows,
-                               const Eigen::MatrixXd& importance, Criterion criterion, double eta)
+                               const Eigen::MatrixXd& importance, Criterion criterion, double eta,
+                               std::vector<float> noise, const std::vector<float>& penalty)
     : rows_(rows),
       importance_(importance.cast<float>()),
       criterion_(criterion),
       eta_(eta),
+      noise_(std::move(noise)),
+      price_(penalty.size()),
       second_order_(criterion == Criterion::xu_squared),
       figures_((second_order_ ? 4 : 2) * size()),
       gains_(size(), kNone),
       block_best_((size() + kBlock - 1) / kBlock) {
-  reset(Eigen::MatrixXd::Identity(rows.cols(), rows.cols()));
+  std::transform(penalty.begin(), penalty.end(), price_.begin(),
+                 [](float share) { return std::exp(share); });
 }
 
 void CandidateField::reset(const Eigen::MatrixXd& open) {
@@ -122,11 +127,12 @@ CandidateField::Figures CandidateField::after(const Figures& at, const Change& c
   return next;
 }
 
-double CandidateField::gain(const Figures& at) const {
-  const double d = eta_ + at.v;
+double CandidateField::gain(const Figures& at, std::size_t candidate) const {
+  const double eta = noise_.empty() ? eta_ : eta_ + static_cast<double>(noise_[candidate]);
+  const double d = eta + at.v;
   switch (criterion_) {
     case Criterion::bayes_d:
-      return d;  // ln(d / eta) rises with it
+      return d / eta;  // its logarithm is gained
     case Criterion::bayes_a:
       return at.w / d;
     case Criterion::xu_squared:
@@ -136,7 +142,7 @@ double CandidateField::gain(const Figures& at) const {
 }
 
 void CandidateField::scan(const std::vector<Change>& changes, const Change* trial,
-                          const std::vector<std::uint8_t>& allowed) {
+                          const std::vector<std::uint8_t>& allowed, double value) {
   const auto k = static_cast<std::size_t>(rows_.cols());
   const std::size_t stride = second_order_ ? 4 : 2;
   const std::size_t per_change =
@@ -173,7 +179,13 @@ void CandidateField::scan(const std::vector<Change>& changes, const Change* tria
         row_products(row, k, tried.data(), per_change, tried_products.data());
         at = after(at, *trial, tried_products.data());
       }
-      gains_[i] = static_cast<float>(gain(at));
+      double gained = gain(at, i);
+      if (!price_.empty()) {
+        const auto price = static_cast<double>(price_[i]);
+        // What is lowered is the criterion times the prices of all samples; its order is the same.
+        gained = criterion_ == Criterion::bayes_d ? gained / price : (gained - value) * price;
+      }
+      gains_[i] = static_cast<float>(gained);
     }
     find_block_best(from / kBlock);
   });

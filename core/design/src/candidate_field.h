@@ -31,13 +31,14 @@ Change dropping(Criterion criterion, const Eigen::VectorXd& row, const Eigen::Ma
 /// vectors, so a trial costs one pass over the rows: memory bandwidth, not arithmetic. Changes that
 /// are kept use double products, because they add up; a trial needs none of that.
 ///
-/// State    M = I after construction.
+/// State    Made without figures; reset() before the first scan().
 /// Threads  Uses all inside; calls come from one.
 class CandidateField {
  public:
-  /// `rows` must outlive the field.
+  /// `rows` must outlive the field. `noise` and `penalty` as in Candidates, one per row or empty.
   CandidateField(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& importance,
-                 Criterion criterion, double eta);
+                 Criterion criterion, double eta, std::vector<float> noise,
+                 const std::vector<float>& penalty);
 
   std::size_t size() const { return static_cast<std::size_t>(rows_.rows()); }
 
@@ -45,9 +46,10 @@ class CandidateField {
   void reset(const Eigen::MatrixXd& open);
 
   /// Takes over `changes` in order, then works out every allowed candidate's gain under M and, if
-  /// given, one further change that is not kept. `allowed`: one byte per candidate.
+  /// given, one further change that is not kept. `allowed`: one byte per candidate. `value` is the
+  /// criterion before a candidate is added; it matters only where there are penalties.
   void scan(const std::vector<Change>& changes, const Change* trial,
-            const std::vector<std::uint8_t>& allowed);
+            const std::vector<std::uint8_t>& allowed, double value);
 
   /// The candidate with the largest gain in the last scan, the lowest of equals; size() when none
   /// is left.
@@ -64,13 +66,15 @@ class CandidateField {
   };
   template <typename Number>
   Figures after(const Figures& at, const Change& change, const Number* products) const;
-  double gain(const Figures& at) const;
+  double gain(const Figures& at, std::size_t candidate) const;
   void find_block_best(std::size_t block);
 
   const basis::RowMajorMatrixXf& rows_;
   basis::RowMajorMatrixXf importance_;
   Criterion criterion_;
   double eta_;
+  std::vector<float> noise_;
+  std::vector<float> price_;     ///< exp(penalty)
   bool second_order_;            ///< s and z are kept
   std::vector<double> figures_;  ///< v, w (, s, z) per candidate
   std::vector<float> gains_;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -14,11 +16,16 @@ class CandidateGate {
  public:
   CandidateGate(const Candidates& candidates, std::size_t cells)
       : accept_(candidates.accept), state_(cells, kUnknown) {
-    if (candidates.allowed.empty()) return;
-    if (candidates.allowed.size() != cells) {
-      throw std::invalid_argument("design: a mask of " + std::to_string(candidates.allowed.size()) +
-                                  " for " + std::to_string(cells) + " cells");
+    require_length("a mask", candidates.allowed.size(), cells);
+    require_length("noises", candidates.noise.size(), cells);
+    require_length("penalties", candidates.penalty.size(), cells);
+    for (const std::vector<float>* values : {&candidates.noise, &candidates.penalty}) {
+      if (!std::all_of(values->begin(), values->end(),
+                       [](float value) { return value >= 0.0F && std::isfinite(value); })) {
+        throw std::invalid_argument("design: noise and penalty must be finite and not negative");
+      }
     }
+    if (candidates.allowed.empty()) return;
     for (std::size_t i = 0; i < cells; ++i) {
       if (candidates.allowed[i] == 0) state_[i] = kRefused;
     }
@@ -37,6 +44,12 @@ class CandidateGate {
   }
 
  private:
+  static void require_length(const char* what, std::size_t found, std::size_t cells) {
+    if (found == 0 || found == cells) return;
+    throw std::invalid_argument(std::string("design: ") + what + " of " + std::to_string(found) +
+                                " for " + std::to_string(cells) + " cells");
+  }
+
   enum : std::uint8_t { kRefused, kUnknown, kAccepted };
   std::function<bool(std::uint32_t)> accept_;
   std::vector<std::uint8_t> state_;

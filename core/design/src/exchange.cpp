@@ -111,7 +111,7 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
   for (;; wanted *= kLevelFactor) {
     const std::vector<std::uint32_t> selection = even_selection(allowed, wanted, {});
     const basis::RowMajorMatrixXf selected = rows_of(rows, selection);
-    ExchangePool pool(selected, selection, importance, options, gate);
+    ExchangePool pool(selected, selection, importance, candidates, options, gate);
     Trial first = pool.greedy();
     if (first.cells.size() < count) {
       if (wanted < allowed.size()) continue;
@@ -141,7 +141,7 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
     const std::vector<std::uint32_t> selection =
         last ? std::vector<std::uint32_t>() : even_selection(allowed, wanted, trials);
     const basis::RowMajorMatrixXf selected = rows_of(rows, selection);
-    ExchangePool pool(last ? rows : selected, selection, importance, options, gate);
+    ExchangePool pool(last ? rows : selected, selection, importance, candidates, options, gate);
     for (std::size_t i = 0; i < trials.size(); ++i) {
       pool.exchange(trials[i], stop, [&](std::size_t tried, double value) {
         const double part =

@@ -11,17 +11,29 @@ namespace {
 // A swap must lower the criterion by more than single precision can imagine.
 constexpr double kLeastImprovement = 1e-6;
 
+/// One figure per row of a pool, from one per cell.
+std::vector<float> of_cells(const std::vector<float>& values,
+                            const std::vector<std::uint32_t>& cells) {
+  if (values.empty() || cells.empty()) return values;
+  std::vector<float> selected(cells.size());
+  std::transform(cells.begin(), cells.end(), selected.begin(),
+                 [&](std::uint32_t cell) { return values[cell]; });
+  return selected;
+}
+
 }  // namespace
 
 ExchangePool::ExchangePool(const basis::RowMajorMatrixXf& rows, std::vector<std::uint32_t> cells,
-                           const Eigen::MatrixXd& importance, const ExchangeOptions& options,
-                           CandidateGate& gate)
+                           const Eigen::MatrixXd& importance, const Candidates& candidates,
+                           const ExchangeOptions& options, CandidateGate& gate)
     : rows_(rows),
       cells_(std::move(cells)),
       importance_(importance),
+      candidates_(candidates),
       options_(options),
       gate_(gate),
-      field_(rows, importance, options.criterion, options.eta),
+      field_(rows, importance, options.criterion, options.eta, of_cells(candidates.noise, cells_),
+             of_cells(candidates.penalty, cells_)),
       allowed_(field_.size()) {
   for (std::size_t i = 0; i < allowed_.size(); ++i) allowed_[i] = gate_.allowed(cell_of(i));
 }
@@ -31,10 +43,10 @@ Trial ExchangePool::greedy() {
   std::vector<Change> added;
   field_.reset(open_after({}));
   while (members.size() < static_cast<std::size_t>(options_.sample_count)) {
-    field_.scan(added, nullptr, allowed_);
+    field_.scan(added, nullptr, allowed_, criterion_of(members));
     const std::size_t next = pick(members, field_.size());
     if (next == field_.size()) break;
-    added = {adding(options_.criterion, row(next), open_after(members), importance_, options_.eta)};
+    added = {adding(options_.criterion, row(next), open_after(members), importance_, eta_of(next))};
     members.push_back(next);
   }
   Trial trial;
@@ -70,8 +82,10 @@ void ExchangePool::exchange(Trial& trial, const std::stop_token& stop, const Tri
   for (std::size_t at = 0, unchanged = 0; unchanged < n; at = (at + 1) % n) {
     if (stop.stop_requested()) return;
     const std::size_t old = members[at];
-    const Change drop = dropping(options_.criterion, row(old), open, importance_, options_.eta);
-    field_.scan(pending, &drop, allowed_);
+    const Change drop = dropping(options_.criterion, row(old), open, importance_, eta_of(old));
+    Members others = members;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(at));
+    field_.scan(pending, &drop, allowed_, criterion_of(others));
     pending.clear();
     const std::size_t next = pick(members, at);
     bool better = false;
@@ -80,10 +94,8 @@ void ExchangePool::exchange(Trial& trial, const std::stop_token& stop, const Tri
       const double value = value_of(members);
       better = trial.value - value > kLeastImprovement * std::abs(trial.value);
       if (better) {
-        Members others = members;
-        others.erase(others.begin() + static_cast<std::ptrdiff_t>(at));
         pending = {drop, adding(options_.criterion, row(next), open_after(others), importance_,
-                                options_.eta)};
+                                eta_of(next))};
         open = open_after(members);
         trial.value = value;
         trial.cells[at] = cell_of(next);
@@ -112,20 +124,38 @@ Eigen::VectorXd ExchangePool::row(std::size_t at) const {
   return rows_.row(static_cast<Eigen::Index>(at)).transpose().cast<double>();
 }
 
-Eigen::MatrixXd ExchangePool::rows_of(const Members& members) const {
+double ExchangePool::eta_of(std::size_t at) const {
+  return candidates_.noise.empty()
+             ? options_.eta
+             : options_.eta + static_cast<double>(candidates_.noise[cell_of(at)]);
+}
+
+/// Rows to a common noise, so that one eta holds for all.
+Eigen::MatrixXd ExchangePool::scaled_rows_of(const Members& members) const {
   Eigen::MatrixXd result(static_cast<Eigen::Index>(members.size()), rows_.cols());
   for (std::size_t i = 0; i < members.size(); ++i) {
-    result.row(static_cast<Eigen::Index>(i)) = row(members[i]).transpose();
+    result.row(static_cast<Eigen::Index>(i)) =
+        std::sqrt(options_.eta / eta_of(members[i])) * row(members[i]).transpose();
   }
   return result;
 }
 
 Eigen::MatrixXd ExchangePool::open_after(const Members& members) const {
-  return open_share(rows_of(members), options_.eta);
+  return open_share(scaled_rows_of(members), options_.eta);
+}
+
+double ExchangePool::criterion_of(const Members& members) const {
+  return criterion_value(options_.criterion, scaled_rows_of(members), importance_, options_.eta);
 }
 
 double ExchangePool::value_of(const Members& members) const {
-  return criterion_value(options_.criterion, rows_of(members), importance_, options_.eta);
+  const double value = criterion_of(members);
+  if (candidates_.penalty.empty()) return value;
+  double penalty = 0.0;
+  for (const std::size_t member : members) {
+    penalty += static_cast<double>(candidates_.penalty[cell_of(member)]);
+  }
+  return options_.criterion == Criterion::bayes_d ? value + penalty : value * std::exp(penalty);
 }
 
 bool ExchangePool::usable(std::size_t at) {

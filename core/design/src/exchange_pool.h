@@ -28,11 +28,11 @@ using TrialCallback = std::function<void(std::size_t tried, double value)>;
 /// Threads  One; the work inside is shared out.
 class ExchangePool {
  public:
-  /// `rows`, `importance`, `options` and `gate` must outlive the pool.
+  /// `rows`, `importance`, `candidates`, `options` and `gate` must outlive the pool.
   /// `cells`  The cell of each row, ascending; empty when row i is cell i.
   ExchangePool(const basis::RowMajorMatrixXf& rows, std::vector<std::uint32_t> cells,
-               const Eigen::MatrixXd& importance, const ExchangeOptions& options,
-               CandidateGate& gate);
+               const Eigen::MatrixXd& importance, const Candidates& candidates,
+               const ExchangeOptions& options, CandidateGate& gate);
 
   /// One after another, each the best next. Fewer than asked for when the pool has no more.
   Trial greedy();
@@ -50,15 +50,18 @@ class ExchangePool {
   std::uint32_t cell_of(std::size_t row) const;
   std::size_t row_of(std::uint32_t cell) const;
   Eigen::VectorXd row(std::size_t at) const;
+  double eta_of(std::size_t at) const;
   Eigen::MatrixXd open_after(const Members& members) const;
-  double value_of(const Members& members) const;
-  Eigen::MatrixXd rows_of(const Members& members) const;
+  double criterion_of(const Members& members) const;
+  double value_of(const Members& members) const;  ///< penalties included
+  Eigen::MatrixXd scaled_rows_of(const Members& members) const;
   bool usable(std::size_t at);
   std::size_t pick(const Members& members, std::size_t free);
 
   const basis::RowMajorMatrixXf& rows_;
   std::vector<std::uint32_t> cells_;
   const Eigen::MatrixXd& importance_;
+  const Candidates& candidates_;
   const ExchangeOptions& options_;
   CandidateGate& gate_;
   CandidateField field_;

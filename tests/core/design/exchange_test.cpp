@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <thread>
 
@@ -69,6 +70,50 @@ TEST_P(ExchangeCriteria, FindsTheBestTripleOfAll) {
   const Design design = exchange(rows, importance, {}, options_for(3, GetParam()));
   EXPECT_NEAR(design.value, least, kLeastImprovement * std::abs(least));
   EXPECT_TRUE(design.finished);
+}
+
+// Weighted least squares: a sample's row counts for as much as its noise allows.
+TEST_P(ExchangeCriteria, FindsTheBestTripleOfNoisyAndCostlyCells) {
+  const auto rows = made_up_rows(24, 4);
+  const Eigen::MatrixXd importance = importance_of(rows);
+  Candidates candidates;
+  for (std::uint32_t cell = 0; cell < 24; ++cell) {
+    candidates.noise.push_back(static_cast<float>(cell % 5) * 20.0F);
+    candidates.penalty.push_back(static_cast<float>(cell % 7) * 0.15F);
+  }
+  double least = 1e300;
+  for (std::uint32_t a = 0; a < 24; ++a) {
+    for (std::uint32_t b = a + 1; b < 24; ++b) {
+      for (std::uint32_t c = b + 1; c < 24; ++c) {
+        Eigen::MatrixXd weighed = rows_of(rows, {a, b, c});
+        double cost = 0.0;
+        Eigen::Index at = 0;
+        for (const std::uint32_t cell : {a, b, c}) {
+          weighed.row(at++) /= std::sqrt(kEta + static_cast<double>(candidates.noise[cell]));
+          cost += static_cast<double>(candidates.penalty[cell]);
+        }
+        const double value = criterion_value(GetParam(), weighed, importance, 1.0);
+        least = std::min(least,
+                         GetParam() == Criterion::bayes_d ? value + cost : value * std::exp(cost));
+      }
+    }
+  }
+  const Design design = exchange(rows, importance, candidates, options_for(3, GetParam()));
+  EXPECT_NEAR(design.value, least, kLeastImprovement * std::abs(least));
+  const Design blind = exchange(rows, importance, {}, options_for(3, GetParam()));
+  EXPECT_NE(design.cells, blind.cells);
+}
+
+TEST(Exchange, RefusesNoiseThatIsNotANumber) {
+  const auto rows = made_up_rows(40, 6);
+  Candidates candidates;
+  candidates.noise.assign(40, std::nanf(""));
+  EXPECT_THROW(exchange(rows, importance_of(rows), candidates, options_for(3)),
+               std::invalid_argument);
+  candidates.noise.clear();
+  candidates.penalty.assign(39, 0.0F);
+  EXPECT_THROW(exchange(rows, importance_of(rows), candidates, options_for(3)),
+               std::invalid_argument);
 }
 
 TEST_P(ExchangeCriteria, LeavesNoSwapThatHelps) {

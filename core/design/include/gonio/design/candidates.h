@@ -26,9 +26,17 @@ bool within(const DirectionLimits& limits, const brdf::HalfDiff& direction);
 /// `accept`   Asked at most once per cell and search, from the calling thread, only about cells
 ///            that would be chosen next: for rigs whose inverse kinematics is numeric. Empty
 ///            accepts all. Must give the same answer every time it is asked.
+/// `noise`    m sigma^2 of a sample there, nepers^2, not negative, on top of the search's own eta;
+///            one per cell; empty: none.
+/// `penalty`  What a sample there costs, as a share of the criterion: its natural logarithm rises
+/// by
+///            this much, so at 0.01 a sample must lower the error by one per cent to be worth it.
+///            For time: seconds times the share a second is worth. One per cell; empty: none.
 struct Candidates {
-  std::vector<std::uint8_t> allowed;
-  std::function<bool(std::uint32_t basis_cell)> accept;
+  std::vector<std::uint8_t> allowed = {};
+  std::function<bool(std::uint32_t basis_cell)> accept = {};
+  std::vector<float> noise = {};
+  std::vector<float> penalty = {};
 };
 
 /// Number of basis cells, and the angles of one (bin centre).
