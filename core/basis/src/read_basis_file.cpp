@@ -118,6 +118,38 @@ class Reader {
     }
   }
 
+  /// Many float32 values, refused unless finite. Around HDF5, which copies on one thread and would
+  /// leave the check a second pass over memory: the data set is contiguous in the file that is
+  /// open.
+  void read_finite(const char* name, const DataSet& data, float* out, std::size_t count) const {
+    constexpr std::size_t kBlock = 1 << 18;  // a megabyte: checked while it is in the cache
+    void* handle = nullptr;
+    if (H5Fget_vfd_handle(file_.get(), H5P_DEFAULT, &handle) < 0 || handle == nullptr) {
+      fail(name, "cannot be read: " + detail::last_h5_message());
+    }
+    const int descriptor = *static_cast<const int*>(handle);
+    const haddr_t begin_of_values = H5Dget_offset(data.set.get());
+    parallel::for_each_block(0, count, kBlock, [&](std::size_t begin, std::size_t end) {
+      char* const to = reinterpret_cast<char*>(out + begin);
+      const std::size_t bytes = (end - begin) * sizeof(float);
+      for (std::size_t done = 0; done < bytes;) {
+        const ssize_t got =
+            ::pread(descriptor, to + done, bytes - done,
+                    static_cast<off_t>(begin_of_values + begin * sizeof(float) + done));
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) throw FileError(path_, std::string("read ") + name, errno);
+        if (got == 0) fail(name, "the file ends before its values do");
+        done += static_cast<std::size_t>(got);
+      }
+      // Infinity and NaN have all exponent bits set; an integer maximum is vectorised.
+      std::uint32_t largest = 0;
+      for (std::size_t i = begin; i < end; ++i) {
+        largest = std::max(largest, std::bit_cast<std::uint32_t>(out[i]) & 0x7fffffffu);
+      }
+      if (largest >= 0x7f800000u) fail(name, "holds a value that is NaN or infinite");
+    });
+  }
+
   std::vector<std::string> texts(const char* name) const;
 
   [[noreturn]] void fail(const std::string& place, const std::string& message) const {
@@ -236,22 +268,6 @@ std::vector<MaterialId> read_materials(const Reader& reader) {
   return materials;
 }
 
-void check_finite(const Reader& reader, const char* name, const float* values, std::size_t count) {
-  constexpr std::size_t kBlock = 1 << 20;
-  const bool finite = parallel::reduce_blocks(
-      0, count, kBlock, true,
-      [&](std::size_t begin, std::size_t end) {
-        // Infinity and NaN have all exponent bits set; an integer maximum is vectorised.
-        std::uint32_t largest = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-          largest = std::max(largest, std::bit_cast<std::uint32_t>(values[i]) & 0x7fffffffu);
-        }
-        return largest < 0x7f800000u;
-      },
-      [](bool& all, bool part) { all = all && part; });
-  if (!finite) reader.fail(name, "holds a value that is NaN or infinite");
-}
-
 /// Orthonormal to the accuracy of the eigensolver, with room for another program's.
 constexpr double kOrthonormalTolerance = 1e-6;
 
@@ -307,8 +323,7 @@ Basis read_checked(const Reader& reader) {
   reader.expect_length(schema::kMean, mean.shape[0], p);
   reader.expect_stored(schema::kMean, mean, p * sizeof(float));
   basis.mean.resize(static_cast<Eigen::Index>(p));
-  reader.read(schema::kMean, mean, H5T_NATIVE_FLOAT, basis.mean.data());
-  check_finite(reader, schema::kMean, basis.mean.data(), p);
+  reader.read_finite(schema::kMean, mean, basis.mean.data(), p);
 
   const Reader::DataSet components = reader.open_set(schema::kComponents, H5T_IEEE_F32LE, 2);
   reader.expect_length(schema::kComponents, components.shape[0], p);
@@ -320,8 +335,7 @@ Basis read_checked(const Reader& reader) {
   const std::size_t count = p * static_cast<std::size_t>(k);
   reader.expect_stored(schema::kComponents, components, count * sizeof(float));
   basis.components.resize(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
-  reader.read(schema::kComponents, components, H5T_NATIVE_FLOAT, basis.components.data());
-  check_finite(reader, schema::kComponents, basis.components.data(), count);
+  reader.read_finite(schema::kComponents, components, basis.components.data(), count);
 
   basis.left_vectors = read_left_vectors(reader, rows, static_cast<std::size_t>(k));
 
