@@ -102,6 +102,17 @@ TEST_F(BadInput, NamesWhatCannotBeAppendedToABasis) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "more.h5"));
 }
 
+TEST_F(BadInput, RefusesWeightsThatSayNothing) {
+  for (const std::string weights : {"sky", "image=x", "image=-1", "uniform=0", "image=1,", ""}) {
+    refused({"plan", "--samples", "4", "--basis", "basis.h5", "--weights", weights, "--out",
+             "plan.csv"},
+            {"--weights"});
+  }
+  refused(
+      {"plan", "--samples", "4", "--basis", "basis.h5", "--time-price", "1", "--out", "plan.csv"},
+      {"--time-price", "--rig"});
+}
+
 TEST_F(BadInput, NamesTheRowOfBadSamples) {
   ASSERT_EQ(run_gonio({"train", "builtin:slate", "builtin:gold-satin", "builtin:red-pmma", "--out",
                        "basis.h5"},

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "gonio_process.h"
 #include "temporary_folder.h"
@@ -139,6 +140,34 @@ TEST_F(Workflow, MeasuresAPlanInItsOwnOrderAndPoses) {
   EXPECT_LT(ended.out.find("(3.00, 12.00, 28.00)"), ended.out.find("(1.00, 6.00, 37.00)"));
 }
 
+TEST_F(Workflow, ExplainsDirectionsFromEverySearch) {
+  train();
+  const std::vector<std::vector<std::string>> searches = {
+      {"--objective", "loo", "--weights", "image=1,uniform=1"},
+      {"--objective", "d", "--noise", "0.05", "--time-price", "2"},
+      {"--method", "xu"}};
+  std::set<std::string> plans;
+  for (const std::vector<std::string>& search : searches) {
+    std::vector<std::string> arguments = {"plan",     "--basis", "basis.h5", "--samples",
+                                          "4",        "--rig",   "rig.toml", "--out",
+                                          "plan.csv", "--force", "--json",   "--explain"};
+    arguments.insert(arguments.end(), search.begin(), search.end());
+    const auto explained = nlohmann::json::parse(run(arguments).out);
+    const auto& figures = explained["figures"];
+    EXPECT_GT(figures["condition_number"], 1.0);
+    EXPECT_GT(figures["xu_metric"], 0.0);
+    EXPECT_GT(figures["bayes_a"], 0.0);
+    EXPECT_LT(figures["bayes_d"], 0.0);
+    EXPECT_GT(figures["expected_psnr_db"], 5.0);
+    EXPECT_GT(figures["expected_psnr_standard_error_db"], 0.0);
+    EXPECT_LE(figures["uncovered"]["share_of_error"], 1.0);
+    EXPECT_EQ(figures["uncovered"]["theta_d_deg"].size(), 2U);
+    EXPECT_EQ(explained["session"]["points"].size(), 4U);
+    plans.insert(folder.read("plan.csv"));
+  }
+  EXPECT_EQ(plans.size(), searches.size()) << "every search has its own answer";
+}
+
 TEST_F(Workflow, SamplesAndEvaluatesMaterialsFromFiles) {
   run({"materials", "make", "files", "--only", "slate", "gold-satin", "red-pmma", "oak-oiled",
        "grey-abs", "blue-metallic"});
@@ -149,12 +178,15 @@ TEST_F(Workflow, SamplesAndEvaluatesMaterialsFromFiles) {
   run({"sample", "files/slate.binary", "--directions", "list.csv", "--rig", "rig.toml", "--noise",
        "0.01", "--seed", "3", "--out", "again.csv", "--threads", "1"});
   EXPECT_EQ(folder.read("again.csv"), samples);
-  const auto table = nlohmann::json::parse(
-      run({"evaluate", "files", "--samples", "4", "--folds", "3", "--json"}).out);
-  ASSERT_EQ(table.size(), 2U);
+  const auto table =
+      nlohmann::json::parse(run({"evaluate", "files", "--samples", "4", "--folds", "3",
+                                 "--leave-one-out", "--weights", "image=0.5,uniform=0.5", "--json"})
+                                .out);
+  ASSERT_EQ(table.size(), 3U);
   EXPECT_EQ(table[0]["samples"], 4);
   EXPECT_EQ(table[0]["materials"].size(), 6U);
-  EXPECT_EQ(table[1]["method"], "published ten, eta 40");
+  EXPECT_EQ(table[1]["method"], "4 chosen by leave-one-out");
+  EXPECT_EQ(table[2]["method"], "published ten, eta 40");
   EXPECT_GT(table[0]["psnr_a_db"]["mean"].get<double>(), 5.0);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "command.h"
+#include "direction_choice.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
@@ -87,8 +88,12 @@ class Demo {
       basis::write_basis(folder / "basis.h5", basis);
     }
     context_.check_stop();
-    const DesignedDirections chosen =
-        choose_directions(console_, basis, &inverse_, {options_.samples, false, options_.seed});
+    DesignRequest request;
+    request.sample_count = options_.samples;
+    request.seed = options_.seed;
+    const std::vector<brdf::HalfDiff> chosen =
+        choose_directions(console_, basis, &rig_, &inverse_, request, context_.stop);
+    context_.check_stop();
     const StoredSession session = measure(material, chosen, folder);
     return reconstruct(material, basis, session, folder);
   }
@@ -103,10 +108,11 @@ class Demo {
     return basis::train(set_, gram_, kept);
   }
 
-  StoredSession measure(const brdf::BuiltinMaterial& material, const DesignedDirections& chosen,
+  StoredSession measure(const brdf::BuiltinMaterial& material,
+                        const std::vector<brdf::HalfDiff>& chosen,
                         const std::filesystem::path& folder) {
     std::vector<samples::Direction> directions;
-    for (const brdf::HalfDiff& angles : chosen.directions) directions.push_back({angles, 0});
+    for (const brdf::HalfDiff& angles : chosen) directions.push_back({angles, 0});
     SimulatedSession session;
     session.rig = rig_;
     session.instrument = instrument_;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "direction_choice.h"
 #include "directions_input.h"
 #include "gonio/design/published_sets.h"
 #include "gonio/quality/evaluate.h"
@@ -28,6 +29,8 @@ struct Options {
   double noise = 0.0;
   double angle_error_deg = 0.0;
   std::uint64_t seed = 1;
+  std::string weights = kDefaultWeights;
+  bool leave_one_out = false;
   bool json = false;
 };
 
@@ -98,6 +101,11 @@ int evaluate(Context& context, const Options& options) {
     add(fmt::format("{} chosen as points", options.samples), {}, false);
     contenders.back().chosen_as_points = true;
   }
+  if (options.leave_one_out) {
+    add(fmt::format("{} chosen by leave-one-out", options.samples), {}, false);
+    contenders.back().chosen_as_points = true;
+    contenders.back().leave_one_out_design = true;
+  }
   if (!options.directions.empty()) {
     const auto directions = usable_directions(context.console, options.directions);
     add("given directions", directions, false);
@@ -115,6 +123,7 @@ int evaluate(Context& context, const Options& options) {
   how.noise.relative = options.noise;
   how.noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);
   how.seed = options.seed;
+  how.importance = importance_blend(options.weights);
   if (!options.siblings.empty()) how.groups = groups_from(options.siblings, set);
   try {
     how.validate(set.material_count());
@@ -195,6 +204,9 @@ void add_evaluate(const Command& root) {
                "CSV file material,group: materials of one group always share a fold");
   command.number("--patch", options->patch_mm, 0.0, 500.0,
                  "Half width of the sample in mm whose directions every pose sees; 0: points");
+  command.text("--weights", options->weights, "Where errors matter, as for plan");
+  command.flag("--leave-one-out", options->leave_one_out,
+               "Score directions chosen by the objective loo as well");
   command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
   command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
                  "Standard deviation of the normal's tilt, degrees per axis");

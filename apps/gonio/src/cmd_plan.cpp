@@ -1,9 +1,13 @@
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "command.h"
+#include "direction_choice.h"
 #include "directions_input.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/design/published_sets.h"
+#include "json_text.h"
 #include "outputs.h"
 #include "plan_file.h"
 #include "planning.h"
@@ -32,9 +36,14 @@ struct Options {
   std::string rig;
   std::string out;
   std::string method = "exchange";
+  std::string objective = "a";
+  std::string weights = kDefaultWeights;
   int samples = 0;
+  double noise = -1.0;  ///< below 0: from the rig
+  double percent_per_second = 0.0;
   std::uint64_t seed = 1;
   bool explain = false;
+  bool json = false;
   bool skip_unreachable = false;
   bool force = false;
 };
@@ -54,11 +63,79 @@ void explain_plan(Context& context, const acquisition::MeasurementPlan& plan) {
   context.console.result(text);
 }
 
-void explain_figures(Context& context, const design::DesignFigures& figures) {
-  context.console.result(
-      fmt::format("condition number {:.1f}, Xu metric (eta 40) {:.1f}, expected weighted log "
-                  "error {:.3f}\n",
-                  figures.condition_number, figures.xu_metric, std::sqrt(figures.bayes_a)));
+std::string range(Angle from, Angle to) {
+  return fmt::format("{:g} to {:g}", from.degrees(), to.degrees());
+}
+
+std::string figures_text(const DirectionFigures& figures) {
+  const design::LatticeRegion& where = figures.uncovered.where;
+  return fmt::format(
+      "condition number {:.1f} (says little about the result), Xu metric {:.1f} (mean, eta 40)\n"
+      "A: expected weighted log error {:.4f}; D: log volume left open {:.1f}\n"
+      "pictures: {:.1f} dB expected, {:.1f} dB for the worst tenth (an estimate from the training\n"
+      "  materials, each left out, without noise; standard error {:.1f} dB)\n"
+      "largest uncovered region: theta_h {}, theta_d {}, phi_d {} deg,\n"
+      "  {:.1f} % of the expected error, {:.3f} nepers rms there\n",
+      figures.design.condition_number, figures.design.xu_metric, std::sqrt(figures.design.bayes_a),
+      figures.design.bayes_d, figures.forecast.psnr_db, figures.forecast.tenth_percentile_db,
+      figures.forecast.standard_error_db, range(where.theta_h_from, where.theta_h_to),
+      range(where.theta_d_from, where.theta_d_to), range(where.phi_d_from, where.phi_d_to),
+      100.0 * figures.uncovered.share, figures.uncovered.rms);
+}
+
+nlohmann::ordered_json number_or_null(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+nlohmann::ordered_json figures_json(const DirectionFigures& figures) {
+  const design::LatticeRegion& where = figures.uncovered.where;
+  const auto degrees = [](Angle from, Angle to) {
+    return nlohmann::ordered_json{from.degrees(), to.degrees()};
+  };
+  return {{"condition_number", number_or_null(figures.design.condition_number)},
+          {"xu_metric", figures.design.xu_metric},
+          {"bayes_a", figures.design.bayes_a},
+          {"bayes_d", figures.design.bayes_d},
+          {"expected_psnr_db", figures.forecast.psnr_db},
+          {"expected_psnr_standard_error_db", figures.forecast.standard_error_db},
+          {"expected_psnr_p10_db", figures.forecast.tenth_percentile_db},
+          {"uncovered",
+           {{"theta_h_deg", degrees(where.theta_h_from, where.theta_h_to)},
+            {"theta_d_deg", degrees(where.theta_d_from, where.theta_d_to)},
+            {"phi_d_deg", degrees(where.phi_d_from, where.phi_d_to)},
+            {"share_of_error", figures.uncovered.share},
+            {"rms", figures.uncovered.rms}}}};
+}
+
+nlohmann::ordered_json session_json(const acquisition::MeasurementPlan& plan) {
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  for (const auto& point : plan.points) {
+    points.push_back({{"theta_h_deg", point.direction.theta_h.degrees()},
+                      {"theta_d_deg", point.direction.theta_d.degrees()},
+                      {"phi_d_deg", point.direction.phi_d.degrees()},
+                      {"branch", rig::branch_name(point.pose)},
+                      {"travel_s", point.travel_s},
+                      {"predicted_s", point.predicted_s}});
+  }
+  return {{"travel_s", plan.travel_s},
+          {"shortest_order", plan.exact_order},
+          {"duration_s", plan.duration_s},
+          {"points", points}};
+}
+
+DesignRequest request_from(const Options& options) {
+  DesignRequest request;
+  request.sample_count = options.samples;
+  request.method = design_method(options.method);
+  request.objective = design_objective(options.objective);
+  request.weights = importance_blend(options.weights);
+  if (options.noise >= 0.0) request.relative_noise = options.noise;
+  request.percent_per_second = options.percent_per_second;
+  request.seed = options.seed;
+  if (request.percent_per_second > 0.0 && options.rig.empty()) {
+    throw UsageError("--time-price needs --rig: exposures depend on it");
+  }
+  return request;
 }
 
 int plan(Context& context, const Options& options) {
@@ -67,6 +144,8 @@ int plan(Context& context, const Options& options) {
     throw UsageError("give either --samples with --basis to choose directions, or --directions");
   }
   if (!from_list && options.basis.empty()) throw UsageError("--samples needs --basis");
+  if (options.json && !options.explain) throw UsageError("--json goes with --explain");
+  const DesignRequest request = request_from(options);
   require_output(options.out, options.force, {options.basis, options.directions, options.rig});
 
   std::optional<RigFile> rig;
@@ -87,24 +166,39 @@ int plan(Context& context, const Options& options) {
     comments.push_back("directions from " +
                        std::filesystem::path(options.directions).filename().string());
   } else {
-    DesignRequest request{options.samples, options.method == "nielsen", options.seed};
-    const DesignedDirections chosen =
-        choose_directions(context.console, *basis, inverse ? &*inverse : nullptr, request);
-    for (const brdf::HalfDiff& angles : chosen.directions) directions.push_back({angles, 0});
+    const std::vector<brdf::HalfDiff> chosen =
+        choose_directions(context.console, *basis, rig ? &*rig : nullptr,
+                          inverse ? &*inverse : nullptr, request, context.stop);
+    if (context.stop.stop_requested()) {
+      context.console.warn("search stopped: the plan holds the best directions so far");
+      comments.push_back("search stopped early");
+    }
+    for (const brdf::HalfDiff& angles : chosen) directions.push_back({angles, 0});
     comments.push_back(fmt::format(
-        "{} directions by {} for basis {} ({} materials), seed {}", options.samples, options.method,
+        "{} directions by {}, objective {}, weights {}, for basis {} ({} materials), seed {}",
+        options.samples, options.method,
+        request.method == DesignMethod::exchange ? options.objective : "as published",
+        request.method == DesignMethod::exchange ? options.weights : "none",
         basis_fingerprint(*basis).substr(0, 12), basis->materials.size(), options.seed));
   }
+  nlohmann::ordered_json explained = nlohmann::ordered_json::object();
   if (options.explain && basis) {
     std::vector<brdf::HalfDiff> angles;
     for (const samples::Direction& direction : directions) angles.push_back(direction.angles);
-    explain_figures(context, assess_directions(*basis, angles));
+    const PhaseTimer timer(context.console, "figures of the design");
+    const DirectionFigures figures = assess_directions(*basis, angles, request.weights);
+    if (options.json) {
+      explained["figures"] = figures_json(figures);
+    } else {
+      context.console.result(figures_text(figures));
+    }
   }
   if (!rig) {
     std::vector<brdf::HalfDiff> angles;
     for (const samples::Direction& direction : directions) angles.push_back(direction.angles);
     files::write_text_file(options.out, directions_text(angles, comments),
                            overwrite(options.force));
+    if (options.json) context.console.result(json_text(explained));
     context.console.say(fmt::format("{}: {} directions", options.out, angles.size()));
     return kSuccess;
   }
@@ -122,7 +216,12 @@ int plan(Context& context, const Options& options) {
                                  poses.travel_s, poses.duration_s));
   files::write_text_file(options.out, plan_text(rig->rig, poses, exposures_us, comments),
                          overwrite(options.force));
-  if (options.explain) explain_plan(context, poses);
+  if (options.json) {
+    explained["session"] = session_json(poses);
+    context.console.result(json_text(explained));
+  } else if (options.explain) {
+    explain_plan(context, poses);
+  }
   context.console.say(fmt::format("{}: {} directions, about {}", options.out, poses.points.size(),
                                   duration_text(poses.duration_s)));
   return kSuccess;
@@ -165,9 +264,20 @@ void add_plan(const Command& root) {
                "Order these instead: a CSV file, or a published set such as nielsen-10");
   command.text("--rig", options->rig, "Rig file: only reachable directions, with poses and times");
   command.text("--out", options->out, "Plan to write (CSV)", Need::required);
-  command.choice("--method", options->method, {"exchange", "nielsen"}, "How to choose");
+  command.choice("--method", options->method, {"exchange", "nielsen", "xu"},
+                 "How to search: over all directions, or as published in 2015 or 2016");
+  command.choice("--objective", options->objective, {"a", "d", "xu", "loo"},
+                 "What the exchange lowers: expected error, volume left open, Xu's metric, or the "
+                 "error of training materials left out");
+  command.text("--weights", options->weights,
+               "Where errors matter: uniform, solid-angle, image, or shares of them");
+  command.number("--noise", options->noise, -1.0, 1.0,
+                 "Relative standard deviation to plan for; below 0: what the rig's constants say");
+  command.number("--time-price", options->percent_per_second, 0.0, 100.0,
+                 "Per cent of the square error that a second of exposure is worth");
   command.seed(options->seed, "Of the search");
   command.flag("--explain", options->explain, "Print poses, times and figures of the design");
+  command.flag("--json", options->json, "With --explain: as JSON");
   command.flag("--skip-unreachable", options->skip_unreachable,
                "Leave out listed directions the rig cannot measure");
   command.force(options->force);

@@ -5,83 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "failures.h"
-#include "gonio/design/condition_search.h"
-#include "gonio/design/exchange.h"
-#include "gonio/design/importance.h"
-#include "gonio/rig/reach.h"
-
 namespace gonio::cli {
-namespace {
-
-/// m sigma^2 of a sample the solve will trust to its model error only.
-constexpr double kDesignEta = 0.3;
-
-design::Candidates candidates_for(const rig::Inverse* inverse) {
-  design::Candidates candidates;
-  if (inverse == nullptr) {
-    candidates.allowed = design::cells_within({});
-    return candidates;
-  }
-  candidates.allowed = design::basis_mask(rig::reach_statistics(*inverse).reachable);
-  if (!inverse->closed_form()) {
-    candidates.accept = [inverse](std::uint32_t cell) {
-      return !inverse->solve(design::direction_of_basis_cell(cell)).poses.empty();
-    };
-  }
-  return candidates;
-}
-
-}  // namespace
-
-DesignedDirections choose_directions(const Console& console, const basis::Basis& basis,
-                                     const rig::Inverse* inverse, const DesignRequest& request) {
-  design::Candidates candidates;
-  {
-    const PhaseTimer timer(console, "reachable directions");
-    candidates = candidates_for(inverse);
-  }
-  const auto reachable = std::count(candidates.allowed.begin(), candidates.allowed.end(), 1);
-  if (reachable < request.sample_count) {
-    throw UsageError(
-        fmt::format("found {} reachable directions, expected at least the {} asked for", reachable,
-                    request.sample_count));
-  }
-  const PhaseTimer timer(console, "choosing directions");
-  const Eigen::MatrixXd importance =
-      design::importance_matrix(basis.components, design::importance_weights());
-  Progress progress(console, "choosing directions");
-  const auto show = [&](const design::SearchProgress& now) { progress.update(now.fraction); };
-  design::Design found;
-  if (request.published_search) {
-    design::ConditionSearchOptions options;
-    options.sample_count = request.sample_count;
-    options.seed = request.seed;
-    found = design::condition_search(basis.components, candidates, options, show);
-  } else {
-    design::ExchangeOptions options;
-    options.sample_count = request.sample_count;
-    options.eta = kDesignEta;
-    options.seed = request.seed;
-    found = design::exchange(basis.components, importance, candidates, options, show);
-  }
-  DesignedDirections chosen;
-  for (const std::uint32_t cell : found.cells) {
-    chosen.directions.push_back(design::direction_of_basis_cell(cell));
-  }
-  chosen.figures = design::assess(
-      basis, design::rows_at(basis::BasisRows(basis), chosen.directions), importance, kDesignEta);
-  return chosen;
-}
-
-design::DesignFigures assess_directions(const basis::Basis& basis,
-                                        const std::vector<brdf::HalfDiff>& directions) {
-  const Eigen::MatrixXd importance =
-      design::importance_matrix(basis.components, design::importance_weights());
-  return design::assess(basis, design::rows_at(basis::BasisRows(basis), directions), importance,
-                        kDesignEta);
-}
-
 namespace {
 
 using Seconds = std::chrono::duration<double>;
@@ -95,13 +19,13 @@ double bracket_seconds(const RigFile& rig, double shortest_s) {
 
 double channel_count(const RigFile& rig) { return rig.white_light ? 1.0 : 3.0; }
 
+}  // namespace
+
 /// The lamp-off frame at the end repeats the longest exposure.
 double point_seconds(const RigFile& rig, double shortest_s) {
   return channel_count(rig) * bracket_seconds(rig, shortest_s) +
          shortest_s * rig.session.bracket_ratio + Seconds(rig.world.camera.readout).count();
 }
-
-}  // namespace
 
 double overhead_seconds(const RigFile& rig) {
   const double frame = Seconds(rig.session.first_exposure + rig.world.camera.readout).count();

@@ -5,39 +5,20 @@
 #include <string>
 #include <vector>
 
-#include "console.h"
 #include "gonio/acquisition/measurement_plan.h"
 #include "gonio/basis/basis.h"
-#include "gonio/design/criteria.h"
 #include "gonio/rig/kinematics.h"
 #include "rig_file.h"
 
 namespace gonio::cli {
 
-struct DesignRequest {
-  int sample_count = 10;
-  bool published_search = false;  ///< the condition-number search instead of the exchange
-  std::uint64_t seed = 1;
-};
-
-struct DesignedDirections {
-  std::vector<brdf::HalfDiff> directions;
-  design::DesignFigures figures;
-};
-
-/// Chooses directions for a basis; with a rig only such as it reaches. Throws UsageError when fewer
-/// are reachable than asked for.
-DesignedDirections choose_directions(const Console& console, const basis::Basis& basis,
-                                     const rig::Inverse* inverse, const DesignRequest& request);
-
-/// Figures of directions chosen elsewhere.
-design::DesignFigures assess_directions(const basis::Basis& basis,
-                                        const std::vector<brdf::HalfDiff>& directions);
-
 /// Poses and order for a list of directions, with times for this rig.
 acquisition::MeasurementPlan plan_poses(const RigFile& rig, const rig::Inverse& inverse,
                                         const std::vector<samples::Direction>& directions,
                                         std::uint64_t seed);
+
+/// Expected time of one point, travel aside, whose shortest exposure is known.
+double point_seconds(const RigFile& rig, double shortest_s);
 
 /// Expected time of a session besides its points: homing and the two whites.
 double overhead_seconds(const RigFile& rig);

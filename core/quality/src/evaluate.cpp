@@ -8,7 +8,6 @@
 
 #include "gonio/basis/dense_field.h"
 #include "gonio/design/criteria.h"
-#include "gonio/design/importance.h"
 
 namespace gonio::quality {
 namespace {
@@ -65,20 +64,15 @@ class Fold {
   std::vector<brdf::HalfDiff> directions_for(const Contender& contender) {
     if (!contender.directions.empty()) return contender.directions;
     const PatchGeometry patch = contender.chosen_as_points ? PatchGeometry{} : contender.patch;
-    auto& chosen = chosen_[{contender.sample_count, patch.half_width_mm, patch.grid,
-                            patch.camera_distance_mm, patch.lamp_distance_mm}];
+    auto& chosen =
+        chosen_[{contender.sample_count, contender.leave_one_out_design, patch.half_width_mm,
+                 patch.grid, patch.camera_distance_mm, patch.lamp_distance_mm}];
     if (chosen.empty()) {
       if (importance_.size() == 0) {
-        importance_ = design::importance_matrix(
-            basis_.components, design::importance_weights({options_.uniform_blend}));
+        importance_ = design::blended_importance(basis_, basis_.left_vectors, options_.importance);
       }
       if (!patch.is_point()) return chosen = poses_for(contender);
-      design::ExchangeOptions settings = options_.design;
-      settings.sample_count = contender.sample_count;
-      settings.seed = options_.seed;
-      const design::Design found =
-          design::exchange(basis_.components, importance_, candidates_, settings);
-      for (const std::uint32_t cell : found.cells) {
+      for (const std::uint32_t cell : points_for(contender)) {
         chosen.push_back(design::direction_of_basis_cell(cell));
       }
     }
@@ -105,8 +99,23 @@ class Fold {
         .poses;
   }
 
+  std::vector<std::uint32_t> points_for(const Contender& contender) const {
+    design::ExchangeOptions settings = options_.design;
+    settings.sample_count = contender.sample_count;
+    settings.seed = options_.seed;
+    const std::vector<std::uint32_t> found =
+        design::exchange(basis_.components, importance_, candidates_, settings).cells;
+    if (!contender.leave_one_out_design) return found;
+    design::LeaveOneOutOptions refine = options_.leave_one_out;
+    refine.eta = settings.eta;
+    refine.seed = options_.seed;
+    return design::leave_one_out_exchange(basis_.components, basis_.left_vectors, importance_,
+                                          candidates_, found, refine)
+        .cells;
+  }
+
   /// Contenders that measure alike share their design.
-  using Measurement = std::tuple<int, double, int, double, double>;
+  using Measurement = std::tuple<int, bool, double, int, double, double>;
 
   basis::Basis basis_;
   const EvaluateOptions& options_;

@@ -12,6 +12,8 @@
 #include "gonio/basis/training_set.h"
 #include "gonio/design/candidates.h"
 #include "gonio/design/exchange.h"
+#include "gonio/design/image_importance.h"
+#include "gonio/design/leave_one_out.h"
 #include "gonio/design/pose_exchange.h"
 #include "gonio/quality/metrics.h"
 #include "gonio/quality/synthetic_samples.h"
@@ -28,6 +30,8 @@ struct Contender {
   PatchGeometry patch;
   /// Chosen poses of patches: by the directions of their centres alone, for comparison.
   bool chosen_as_points = false;
+  /// Refine directions chosen as points by leave_one_out_exchange().
+  bool leave_one_out_design = false;
 };
 
 struct EvaluateOptions {
@@ -39,11 +43,12 @@ struct EvaluateOptions {
   std::vector<std::string> groups;
   int components = basis::kDefaultComponents;
   design::ExchangeOptions design;  ///< but for sample_count and seed, which stand elsewhere
+  design::LeaveOneOutOptions leave_one_out;  ///< but for eta and seed, which are the exchange's
   /// Of contenders that measure patches: their poses are chosen for all that a frame shows. But for
   /// pose_count and seed.
   design::PoseDesignOptions pose_design;
-  double uniform_blend = 0.1;
-  design::DirectionLimits limits;  ///< of directions chosen here
+  design::ImportanceBlend importance;  ///< of errors when directions are chosen
+  design::DirectionLimits limits;      ///< of directions chosen here
   SyntheticNoise noise;
   int draws = 1;           ///< of the noise; figures are means over them
   std::uint64_t seed = 1;  ///< of the searches and the noise

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "console.h"
+#include "gonio/basis/basis.h"
+#include "gonio/design/coverage.h"
+#include "gonio/design/criteria.h"
+#include "gonio/design/image_importance.h"
+#include "gonio/quality/forecast.h"
+#include "gonio/rig/kinematics.h"
+#include "rig_file.h"
+
+namespace gonio::cli {
+
+/// How directions are searched for.
+///   exchange  over all cells, to a fixpoint of the objective
+///   nielsen   Nielsen et al. 2015 as published: condition number
+///   xu        Xu et al. 2016: their metric in the same search
+enum class DesignMethod { exchange, nielsen, xu };
+
+/// What the exchange lowers: expected error (a), volume of what stays open (d), Xu's metric squared
+/// (xu), or the error of materials left out (loo).
+enum class DesignObjective { a, d, xu, loo };
+
+/// Throw UsageError naming the words that exist.
+DesignMethod design_method(const std::string& word);
+DesignObjective design_objective(const std::string& word);
+
+/// Ten per cent of uniform weight halves the error at grazing angles for a few tenths of a decibel.
+inline constexpr const char* kDefaultWeights = "solid-angle=0.9,uniform=0.1";
+
+/// Importance of errors from words: "uniform", "solid-angle", "image", or shares of several:
+/// "solid-angle=0.9,uniform=0.1" (they are brought to a sum of 1). Throws UsageError.
+design::ImportanceBlend importance_blend(const std::string& text);
+
+struct DesignRequest {
+  int sample_count = 10;
+  DesignMethod method = DesignMethod::exchange;
+  DesignObjective objective = DesignObjective::a;
+  design::ImportanceBlend weights;
+  std::optional<double> relative_noise;  ///< of a value; empty: what the rig's constants say
+  double percent_per_second = 0.0;       ///< of the error, that a second of exposure is worth
+  std::uint64_t seed = 1;
+};
+
+/// Chooses directions for a basis; with a rig only such as it reaches, and by what it measures well
+/// and soon. A stop ends the search with the best so far and a warning. Throws UsageError when
+/// fewer are reachable than asked for.
+std::vector<brdf::HalfDiff> choose_directions(const Console& console, const basis::Basis& basis,
+                                              const RigFile* rig, const rig::Inverse* inverse,
+                                              const DesignRequest& request,
+                                              const std::stop_token& stop = {});
+
+/// Everything that is known about directions before they are measured.
+struct DirectionFigures {
+  design::DesignFigures design;
+  quality::Forecast forecast;
+  design::UncoveredRegion uncovered;
+};
+DirectionFigures assess_directions(const basis::Basis& basis,
+                                   const std::vector<brdf::HalfDiff>& directions,
+                                   const design::ImportanceBlend& weights = {});
+
+}  // namespace gonio::cli
