@@ -7,14 +7,11 @@
 // GONIO_MERL_DIR=folder adds training end to end on the .binary files in it, read and written.
 
 #include <benchmark/benchmark.h>
-#include <cblas.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -23,8 +20,7 @@
 #include "gonio/basis/basis_file.h"
 #include "gonio/basis/reconstruct.h"
 #include "gonio/brdf/merl_file.h"
-#include "gonio/parallel/parallel.h"
-#include "gonio/version/version.h"
+#include "machine.h"
 
 namespace gonio::basis {
 namespace {
@@ -46,52 +42,6 @@ class Lobe final : public brdf::BrdfModel {
   int index_;
 };
 
-double seconds_of(const std::function<void()>& work) {
-  double best = 1e9;
-  for (int repeat = 0; repeat < 5; ++repeat) {
-    const auto begin = std::chrono::steady_clock::now();
-    work();
-    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
-    best = std::min(best, time.count());
-  }
-  return best;
-}
-
-/// The machine's rates with as many threads as the library uses.
-struct Floor {
-  double multiply_adds_per_s = 0.0;
-  double copied_bytes_per_s = 0.0;
-
-  Floor() {
-    const std::size_t threads = parallel::thread_count();
-    constexpr int kSize = 768;
-    std::vector<std::vector<float>> matrices(3 * threads);
-    for (auto& matrix : matrices) matrix.assign(kSize * kSize, 0.5f);
-    const double product = seconds_of([&] {
-      parallel::for_each_block(0, threads, 1, [&](std::size_t i, std::size_t) {
-        cblas_sgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, kSize, kSize, kSize, 1.0f,
-                    matrices[3 * i].data(), kSize, matrices[3 * i + 1].data(), kSize, 0.0f,
-                    matrices[3 * i + 2].data(), kSize);
-      });
-    });
-    multiply_adds_per_s = static_cast<double>(threads) * std::pow(kSize, 3) / product;
-
-    constexpr std::size_t kBytes = std::size_t{64} << 20;
-    std::vector<char> from(kBytes * threads, 1), to(kBytes * threads, 2);
-    const double copy = seconds_of([&] {
-      parallel::for_each_block(0, from.size(), kBytes, [&](std::size_t begin, std::size_t end) {
-        std::memcpy(to.data() + begin, from.data() + begin, end - begin);
-      });
-    });
-    copied_bytes_per_s = static_cast<double>(from.size()) / copy;
-  }
-};
-
-const Floor& machine() {
-  static const Floor measured;
-  return measured;
-}
-
 const TrainingSet& lobes() {
   static const TrainingSet set = [] {
     TrainingSet made(brdf::RadiometricScale::si);
@@ -106,45 +56,32 @@ const Basis& basis() {
   return trained;
 }
 
-/// Runs `work` for the benchmark's iterations and sets `of_floor`.
-void measure(benchmark::State& state, double multiply_adds, double bytes,
-             const std::function<void()>& work) {
-  const auto begin = std::chrono::steady_clock::now();
-  for (auto _ : state) work();
-  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
-  const double floor =
-      std::max(multiply_adds / machine().multiply_adds_per_s, bytes / machine().copied_bytes_per_s);
-  if (floor > 0.0) {
-    state.counters["of_floor"] = time.count() / static_cast<double>(state.iterations()) / floor;
-  }
-}
-
 double cells() { return static_cast<double>(lobes().cells().size()); }
 double rows() { return 3.0 * kMaterials; }
 
 void map_table(benchmark::State& state) {
   const brdf::BrdfTable table = expand(basis(), Eigen::MatrixXd::Zero(1, 3));
-  measure(state, 0.0, 3.0 * cells() * (sizeof(double) + sizeof(float)) / 2.0,
-          [&] { benchmark::DoNotOptimize(mapped_values(LogMapping{}, table)); });
+  bench::measure(state, 0.0, 3.0 * cells() * (sizeof(double) + sizeof(float)) / 2.0,
+                 [&] { benchmark::DoNotOptimize(mapped_values(LogMapping{}, table)); });
 }
 
 void gram(benchmark::State& state) {
-  measure(state, 0.5 * rows() * rows() * cells(), 0.0,
-          [] { benchmark::DoNotOptimize(centred_gram(lobes())); });
+  bench::measure(state, 0.5 * rows() * rows() * cells(), 0.0,
+                 [] { benchmark::DoNotOptimize(centred_gram(lobes())); });
 }
 
 void train_from_gram(benchmark::State& state) {
   const Eigen::MatrixXd matrix = centred_gram(lobes());
-  measure(state, rows() * kComponents * cells(), 0.0,
-          [&] { benchmark::DoNotOptimize(train(lobes(), matrix, kComponents)); });
+  bench::measure(state, rows() * kComponents * cells(), 0.0,
+                 [&] { benchmark::DoNotOptimize(train(lobes(), matrix, kComponents)); });
 }
 
 void expand_coefficients(benchmark::State& state) {
   const Eigen::MatrixXd c = Eigen::MatrixXd::Constant(basis().component_count(), 3, 0.01);
   // Reading Q and writing the table; a copied byte is read and written.
   const double q = cells() * basis().component_count() * sizeof(float);
-  measure(state, 0.0, (q + 3.0 * brdf::lattice::kCells * sizeof(double)) / 2.0,
-          [&] { benchmark::DoNotOptimize(expand(basis(), c)); });
+  bench::measure(state, 0.0, (q + 3.0 * brdf::lattice::kCells * sizeof(double)) / 2.0,
+                 [&] { benchmark::DoNotOptimize(expand(basis(), c)); });
 }
 
 void fit_ninety_samples(benchmark::State& state) {
@@ -160,7 +97,7 @@ void fit_ninety_samples(benchmark::State& state) {
     sample.pose = i / 9;
     set.samples.push_back(sample);
   }
-  measure(state, 0.0, 0.0, [&] { benchmark::DoNotOptimize(fit(basis(), set)); });
+  bench::measure(state, 0.0, 0.0, [&] { benchmark::DoNotOptimize(fit(basis(), set)); });
 }
 
 void train_files(benchmark::State& state, const std::filesystem::path& folder) {
@@ -173,7 +110,7 @@ void train_files(benchmark::State& state, const std::filesystem::path& folder) {
   const std::filesystem::path out = std::filesystem::temp_directory_path() /
                                     ("gonio_train_benchmark_" + std::to_string(::getpid()));
   const double m = 3.0 * static_cast<double>(files.size());
-  measure(state, (0.5 * m * m + m * kDefaultComponents) * cells(), 0.0, [&] {
+  bench::measure(state, (0.5 * m * m + m * kDefaultComponents) * cells(), 0.0, [&] {
     TrainingSet set(brdf::read_merl(files.at(0).path).scale());
     set.add_files(files);
     write_basis(out, train(set, centred_gram(set)), files::Overwrite::Yes);
@@ -205,11 +142,7 @@ int main(int argc, char** argv) {
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   gonio::basis::register_all();
-  const auto& machine = gonio::basis::machine();
-  benchmark::AddCustomContext("revision", gonio::revision());
-  benchmark::AddCustomContext("threads", std::to_string(gonio::parallel::thread_count()));
-  benchmark::AddCustomContext("sgemm_gflops", std::to_string(2e-9 * machine.multiply_adds_per_s));
-  benchmark::AddCustomContext("copy_gb_per_s", std::to_string(1e-9 * machine.copied_bytes_per_s));
+  gonio::bench::add_context();
   benchmark::RunSpecifiedBenchmarks();
   return 0;
 }
