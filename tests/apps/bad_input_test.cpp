@@ -25,6 +25,27 @@ TEST_F(BadInput, NamesFileAndByteOfABrokenMerlFile) {
   refused({"compare", "builtin:slate", "invalid.binary"}, {"invalid.binary", "no valid cell"});
 }
 
+TEST_F(BadInput, NamesFieldAndByteOfABrokenRglFile) {
+  folder.write("magic.bsdf", "tensor_fool and more");
+  folder.write("short.bsdf", std::string("tensor_file\0\1\0\5\0\0\0", 18));
+  for (const std::string name : {"magic.bsdf", "short.bsdf"}) {
+    const std::string place = name == "magic.bsdf" ? "byte 0" : "byte 18";
+    refused({"render", name, "--out", "x.png"}, {name, place});
+    refused({"compare", "builtin:slate", name}, {name, place});
+    refused({"train", "builtin:slate", name, "--out", "basis.h5"}, {name, place});
+  }
+  folder.write("list.csv", kHeader + std::string("10,20,30\n"));
+  refused({"sample", "magic.bsdf", "--directions", "list.csv", "--out", "s.csv"}, {"magic.bsdf"});
+}
+
+TEST_F(BadInput, NamesMaterialsOfDifferentScale) {
+  folder.write("a.binary", merl_file(1.0));
+  refused({"train", "builtin:slate", "a.binary", "--out", "basis.h5"},
+          {"slate is in scale si", "a in scale merl", "--scale"});
+  refused({"train", "builtin:slate", "a.binary", "--out", "basis.h5", "--scale", "lux"},
+          {"--scale", "lux"});
+}
+
 TEST_F(BadInput, NamesLineAndKeyOfARigFile) {
   folder.write("unknown.toml", "[camera]\nwidth_pix = 3\n");
   refused({"rig", "check", "unknown.toml"},

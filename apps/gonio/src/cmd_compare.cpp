@@ -70,7 +70,7 @@ void add_compare(const Command& root) {
   const Command command =
       root.add("compare", "Errors of a BRDF against a reference: lattice and pictures",
                "gonio compare truth.binary found.binary --json");
-  command.text("A", options->truth, "Reference: a MERL file or builtin:NAME", Need::required);
+  command.text("A", options->truth, "Reference: a material file or builtin:NAME", Need::required);
   command.text("B", options->found, "What is compared with it", Need::required);
   command.flag("--json", options->json, "Print JSON");
   command.on_call(options, compare);

@@ -20,6 +20,7 @@ namespace {
 struct Options {
   std::vector<std::string> inputs;
   std::vector<std::string> excluded;
+  ScaleWish scale;
   std::string directions;
   std::string siblings;
   int samples = 10;
@@ -77,7 +78,7 @@ nlohmann::ordered_json summary_json(const quality::Summary& summary) {
 }
 
 int evaluate(Context& context, const Options& options) {
-  const TrainingInput input = training_input(options.inputs, options.excluded);
+  const TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
   if (input.size() < 4) {
     throw UsageError(fmt::format("found {} materials, expected at least 4", input.size()));
   }
@@ -193,7 +194,8 @@ void add_evaluate(const Command& root) {
       root.add("evaluate", "Held-out accuracy over many materials",
                "gonio evaluate BRDFDatabase/brdfs --samples 10 --folds 5 --json");
   command.texts("FILES_OR_DIRS", options->inputs,
-                "MERL files, folders of them, \"builtin\" or \"builtin:NAME\"", Need::required);
+                "Material files (.binary, .bsdf), folders of them, \"builtin\" or \"builtin:NAME\"",
+                Need::required);
   command.integer("--samples", options->samples, 1, 1000, "Directions to choose per fold");
   command.integer("--folds", options->folds, 2, 100000, "Parts the materials are split into");
   command.integer("--components", options->components, 1, 10000, "Of the basis");
@@ -207,6 +209,7 @@ void add_evaluate(const Command& root) {
   command.text("--weights", options->weights, "Where errors matter, as for plan");
   command.flag("--leave-one-out", options->leave_one_out,
                "Score directions chosen by the objective loo as well");
+  add_scale_options(command, options->scale);
   command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
   command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
                  "Standard deviation of the normal's tilt, degrees per axis");

@@ -103,7 +103,7 @@ void add_measure(const Command& root) {
   command.flag("--dry-run", options->dry_run, "Check and show the plan; move nothing");
   command.text("--calibration", options->calibration, "Instrument constants");
   command.text("--material", options->material,
-               "What lies on a simulated rig: a MERL file or builtin:NAME");
+               "What lies on a simulated rig: a material file or builtin:NAME");
   command.label("--sample-id", options->labels.sample_id, "Stored with the session");
   command.label("--operator", options->labels.operator_name, "Stored with the session");
   command.label("--note", options->labels.note, "Stored with the session");

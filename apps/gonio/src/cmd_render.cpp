@@ -49,7 +49,7 @@ void add_render(const Command& root) {
   const Command command =
       root.add("render", "Pictures of spheres, alone or beside a reference",
                "gonio render found.binary --reference truth.binary --out spheres.png");
-  command.text("MATERIAL", options->material, "MERL file or builtin:NAME", Need::required);
+  command.text("MATERIAL", options->material, "Material file or builtin:NAME", Need::required);
   command.text("--out", options->out, "PNG file to write", Need::required);
   command.text("--reference", options->reference,
                "Show this beside it, and the difference in false colour");

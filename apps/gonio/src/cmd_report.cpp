@@ -76,7 +76,7 @@ void add_report(const Command& root) {
   command.text("--basis", options->basis, "Reconstruct with this basis");
   command.text("--brdf", options->brdf, "Show this reconstruction instead");
   command.text("--reference", options->reference,
-               "The true BRDF where it is known: MERL file or builtin:NAME");
+               "The true BRDF where it is known: material file or builtin:NAME");
   command.text("--out", options->out, "HTML file to write", Need::required);
   command.force(options->force);
   command.on_call(options, make_report);

@@ -60,7 +60,7 @@ void add_sample(const Command& root) {
   const Command command =
       root.add("sample", "Evaluate a material at directions: a measurement without an instrument",
                "gonio sample truth.binary --directions plan.csv --noise 0.01 --out samples.csv");
-  command.text("MATERIAL", options->material, "MERL file or builtin:NAME", Need::required);
+  command.text("MATERIAL", options->material, "Material file or builtin:NAME", Need::required);
   command.text("--directions", options->directions, "CSV file or a published set", Need::required);
   command.text("--out", options->out, "Samples to write (CSV)", Need::required);
   command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");

@@ -16,6 +16,7 @@ struct Options {
   std::string append;
   int components = 0;  ///< 0: kDefaultComponents, or as many as the basis appended to has
   std::vector<std::string> excluded;
+  ScaleWish scale;
   bool force = false;
 };
 
@@ -33,7 +34,7 @@ void require_appendable(const basis::Basis& old, const TrainingInput& input,
 
 int train(Context& context, const Options& options) {
   require_output(options.out, options.force, {options.append});
-  const TrainingInput input = training_input(options.inputs, options.excluded);
+  const TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
   for (const basis::MaterialFile& file : input.files) {
     require_output(options.out, options.force, {file.path.string()});
   }
@@ -99,7 +100,8 @@ void add_train(const Command& root) {
       root.add("train", "Learn a basis from materials",
                "gonio train BRDFDatabase/brdfs --out basis.h5 --exclude teflon");
   command.texts("FILES_OR_DIRS", options->inputs,
-                "MERL files, folders of them, \"builtin\" or \"builtin:NAME\"", Need::required);
+                "Material files (.binary, .bsdf), folders of them, \"builtin\" or \"builtin:NAME\"",
+                Need::required);
   command.text("--out", options->out, "Basis file to write (HDF5)", Need::required);
   command.text("--append", options->append,
                "Add the materials to this basis instead, without the files it was trained on");
@@ -108,6 +110,7 @@ void add_train(const Command& root) {
                               basis::kDefaultComponents));
   command.texts("--exclude", options->excluded,
                 "Leave out materials by name, or \"family:NAME\" of built-in ones");
+  add_scale_options(command, options->scale);
   command.force(options->force);
   command.on_call(options, train);
 }

@@ -161,7 +161,7 @@ void Command::seed(std::uint64_t& value, const std::string& help) const {
 void Command::choice(const std::string& name, std::string& value,
                      const std::vector<std::string>& words, const std::string& help,
                      Need need) const {
-  mark(app_->add_option(name, value, help)->check(CLI::IsMember(words)), need, true);
+  mark(app_->add_option(name, value, help)->check(CLI::IsMember(words)), need, !value.empty());
 }
 
 std::vector<Command::Words> Command::all_words() const {

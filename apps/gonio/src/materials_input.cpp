@@ -1,12 +1,15 @@
 #include "materials_input.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <set>
 
+#include "command.h"
 #include "failures.h"
-#include "gonio/brdf/merl_file.h"
+#include "gonio/brdf/analytic_models.h"
+#include "gonio/brdf/material_file.h"
 #include "suggest.h"
 
 namespace gonio::cli {
@@ -41,14 +44,25 @@ const brdf::BuiltinMaterial& require_builtin(const std::string& name) {
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
+  const auto extensions = brdf::material_extensions();
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".binary") files.push_back(entry.path());
+    const std::string extension = entry.path().extension().string();
+    if (std::find(extensions.begin(), extensions.end(), extension) != extensions.end()) {
+      files.push_back(entry.path());
+    }
   }
   std::sort(files.begin(), files.end());
   if (files.empty()) {
-    throw UsageError(folder.string() + ": found no *.binary file, expected MERL materials");
+    throw UsageError(fmt::format("{}: found no material, expected files *{}", folder.string(),
+                                 fmt::join(extensions, ", *")));
   }
   return files;
+}
+
+bool has_material_extension(const std::string& word) {
+  const auto extensions = brdf::material_extensions();
+  return std::any_of(extensions.begin(), extensions.end(),
+                     [&](std::string_view extension) { return word.ends_with(extension); });
 }
 
 void exclude(TrainingInput& input, const std::string& word) {
@@ -67,7 +81,44 @@ void exclude(TrainingInput& input, const std::string& word) {
                                input.size(), did_you_mean(word, names)));
 }
 
+brdf::RadiometricScale scale_of(const TrainingInput& input, std::size_t i) {
+  if (i < input.builtins.size()) return brdf::RadiometricScale::si;
+  return brdf::material_scale(input.files[i - input.builtins.size()].path);
+}
+
+double factor_to(brdf::RadiometricScale to, double merl_to_si) {
+  return to == brdf::RadiometricScale::si ? merl_to_si : 1.0 / merl_to_si;
+}
+
+/// Settles the scale of all and the factor of every file.
+void bring_to_one_scale(TrainingInput& input, const ScaleWish& wish) {
+  input.merl_to_si = wish.merl_to_si;
+  if (!wish.scale.empty()) {
+    input.scale = brdf::radiometric_scale_from_string(wish.scale);
+    for (basis::MaterialFile& file : input.files) {
+      file.scale_factor = factor_to(input.scale, wish.merl_to_si);
+    }
+    return;
+  }
+  if (input.size() == 0) return;
+  input.scale = scale_of(input, 0);
+  for (std::size_t i = 1; i < input.size(); ++i) {
+    if (scale_of(input, i) == input.scale) continue;
+    throw UsageError(fmt::format("{} is in scale {}, {} in scale {}, expected one for all",
+                                 input.name(0), brdf::to_string(input.scale), input.name(i),
+                                 brdf::to_string(scale_of(input, i))),
+                     "--scale si or --scale merl brings all to one, by the factor of --merl-to-si");
+  }
+}
+
 }  // namespace
+
+void add_scale_options(const Command& command, ScaleWish& wish) {
+  command.choice("--scale", wish.scale, {"si", "merl"},
+                 "Bring all materials to this radiometric scale (default: they must share one)");
+  command.number("--merl-to-si", wish.merl_to_si, 1e-3, 1e3,
+                 "What a value in MERL scale is multiplied by to be in SI");
+}
 
 NamedMaterial named_material(const std::string& word) {
   NamedMaterial material;
@@ -75,7 +126,7 @@ NamedMaterial named_material(const std::string& word) {
   if (word.starts_with(kBuiltinPrefix)) {
     material.builtin = &require_builtin(word.substr(kBuiltinPrefix.size()));
   } else if (!std::filesystem::exists(word) && word.find('/') == std::string::npos &&
-             !word.ends_with(".binary")) {
+             !has_material_extension(word)) {
     material.builtin = find_builtin(word);
     if (material.builtin == nullptr) {
       throw UsageError(fmt::format("{}: found neither a file nor a built-in material{}", word,
@@ -92,13 +143,17 @@ NamedMaterial named_material(const std::string& word) {
 }
 
 brdf::BrdfTable load_table(const NamedMaterial& material) {
-  if (material.builtin == nullptr) return brdf::read_merl(material.path);
-  return brdf::tabulate(*material.builtin->model, brdf::RadiometricScale::si);
+  brdf::BrdfTable table = material.builtin != nullptr
+                              ? brdf::tabulate(*material.builtin->model, brdf::RadiometricScale::si)
+                              : brdf::read_material(material.path);
+  if (!material.scale || *material.scale == table.scale()) return table;
+  return std::move(table).rescaled(factor_to(*material.scale, material.merl_to_si),
+                                   *material.scale);
 }
 
 SampleMaterial load_sample(const NamedMaterial& material) {
   if (material.builtin != nullptr) return {material.builtin->model, brdf::RadiometricScale::si};
-  const brdf::BrdfTable table = brdf::read_merl(material.path);
+  const brdf::BrdfTable table = brdf::read_material(material.path);
   return {std::make_shared<brdf::TableBrdf>(table), table.scale()};
 }
 
@@ -110,14 +165,14 @@ std::string TrainingInput::name(std::size_t i) const {
 NamedMaterial TrainingInput::material(std::size_t i) const {
   if (i < builtins.size()) {
     const std::string& name = builtins[i]->name;
-    return {name, std::string(kBuiltinPrefix) + name, builtins[i], {}};
+    return {name, std::string(kBuiltinPrefix) + name, builtins[i], {}, scale, merl_to_si};
   }
   const std::filesystem::path& path = files[i - builtins.size()].path;
-  return {path.stem().string(), path.string(), nullptr, path};
+  return {path.stem().string(), path.string(), nullptr, path, scale, merl_to_si};
 }
 
 TrainingInput training_input(const std::vector<std::string>& words,
-                             const std::vector<std::string>& excluded) {
+                             const std::vector<std::string>& excluded, const ScaleWish& wish) {
   TrainingInput input;
   for (const std::string& word : words) {
     if (word == kBuiltin) {
@@ -126,15 +181,9 @@ TrainingInput training_input(const std::vector<std::string>& words,
       input.builtins.push_back(&require_builtin(word.substr(kBuiltinPrefix.size())));
     } else if (std::filesystem::is_directory(word)) {
       for (auto& path : files_in(word)) input.files.push_back({std::move(path), ""});
-    } else if (std::filesystem::path(word).extension() == ".bsdf") {
-      throw UsageError(word + ": found a .bsdf file, expected a MERL .binary file");
     } else {
       input.files.push_back({word, ""});
     }
-  }
-  if (!input.builtins.empty() && !input.files.empty()) {
-    throw UsageError(
-        "built-in materials are in SI units and MERL files usually are not: give one kind only");
   }
   for (const std::string& word : excluded) exclude(input, word);
   std::set<std::string> names;
@@ -143,25 +192,22 @@ TrainingInput training_input(const std::vector<std::string>& words,
       throw UsageError(fmt::format("material \"{}\" is given twice", input.name(i)));
     }
   }
+  bring_to_one_scale(input, wish);
   return input;
 }
 
 basis::TrainingSet load_training_set(const TrainingInput& input) {
-  if (!input.builtins.empty()) {
-    basis::TrainingSet set(brdf::RadiometricScale::si);
-    for (const brdf::BuiltinMaterial* material : input.builtins) {
-      set.add({material->name, material->family, ""}, *material->model);
+  basis::TrainingSet set(input.scale);
+  for (const brdf::BuiltinMaterial* material : input.builtins) {
+    basis::MaterialId id{material->name, material->family, ""};
+    if (input.scale == brdf::RadiometricScale::si) {
+      set.add(std::move(id), *material->model);
+      continue;
     }
-    return set;
+    id.scale_factor = factor_to(input.scale, input.merl_to_si);
+    set.add(std::move(id),
+            brdf::Mixture({{brdf::Rgb::Constant(id.scale_factor), material->model}}));
   }
-  // The first file says which scale all must have; its contents are checked by add_files().
-  brdf::RadiometricScale scale = brdf::RadiometricScale::merl;
-  if (!input.files.empty()) {
-    if (const auto sidecar = brdf::read_merl_sidecar(input.files.front().path)) {
-      scale = sidecar->scale;
-    }
-  }
-  basis::TrainingSet set(scale);
   set.add_files(input.files);
   return set;
 }

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,28 @@
 
 namespace gonio::cli {
 
-/// A material named on the command line: a MERL file, or "builtin:NAME".
+class Command;
+
+/// How files of different radiometric scale are brought together. Without a wish all must have the
+/// same.
+struct ScaleWish {
+  std::string scale;                    ///< "si", "merl", or empty: that of the files
+  double merl_to_si = brdf::kMerlToSi;  ///< what a MERL value is multiplied by to be SI
+};
+
+/// --scale and --merl-to-si
+void add_scale_options(const Command& command, ScaleWish& wish);
+
+/// A material named on the command line: a file of any format of brdf::read_material(), or
+/// "builtin:NAME".
 struct NamedMaterial {
   std::string name;    ///< file name without extension, or the built-in name
   std::string source;  ///< as given
   const brdf::BuiltinMaterial* builtin = nullptr;
   std::filesystem::path path;  ///< when not built in
+  /// Brought to this scale with the factor of `wish` when loaded; empty: left in its own.
+  std::optional<brdf::RadiometricScale> scale;
+  double merl_to_si = brdf::kMerlToSi;
 };
 
 /// Understands the word. A word that is no file but a built-in name is taken as that. Throws
@@ -32,9 +49,10 @@ struct SampleMaterial {
 };
 SampleMaterial load_sample(const NamedMaterial& material);
 
-/// Materials to train on or to evaluate: built-in ones or MERL files, never both (their scales
-/// differ).
+/// Materials to train on or to evaluate, brought to one scale.
 struct TrainingInput {
+  brdf::RadiometricScale scale = brdf::RadiometricScale::si;
+  double merl_to_si = brdf::kMerlToSi;
   std::vector<const brdf::BuiltinMaterial*> builtins;
   std::vector<basis::MaterialFile> files;
 
@@ -43,11 +61,11 @@ struct TrainingInput {
   NamedMaterial material(std::size_t i) const;
 };
 
-/// Files, folders (their *.binary files by name), "builtin" or "builtin:NAME"; without those of
-/// `excluded`: names, or "family:NAME" for built-in ones. Throws UsageError: nothing found, a name
-/// twice, an exclusion that matches nothing.
+/// Files, folders (the material files in them by name), "builtin" or "builtin:NAME"; without those
+/// of `excluded`: names, or "family:NAME" for built-in ones. Throws UsageError: nothing found, a
+/// name twice, an exclusion that matches nothing, scales that differ without a wish.
 TrainingInput training_input(const std::vector<std::string>& words,
-                             const std::vector<std::string>& excluded);
+                             const std::vector<std::string>& excluded, const ScaleWish& wish);
 
 basis::TrainingSet load_training_set(const TrainingInput& input);
 

@@ -84,6 +84,8 @@ class Reader {
     return found;
   }
 
+  bool has(const char* name) const { return H5Lexists(file_.get(), name, H5P_DEFAULT) > 0; }
+
   /// Refuses what is missing or a link, which could lead into any other file.
   void require_own_object(const char* name) const {
     H5L_info_t link{};
@@ -255,6 +257,22 @@ brdf::RadiometricScale read_scale(const Reader& reader) {
   }
 }
 
+void read_scale_factors(const Reader& reader, std::vector<MaterialId>& materials) {
+  const char* const name = schema::kMaterialScaleFactors;
+  const Reader::DataSet data = reader.open_set(name, H5T_IEEE_F64LE, 1);
+  reader.expect_length(name, data.shape[0], materials.size());
+  reader.expect_stored(name, data, materials.size() * sizeof(double));
+  std::vector<double> factors(materials.size());
+  reader.read(name, data, H5T_NATIVE_DOUBLE, factors.data());
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    if (!(factors[i] > 0.0 && std::isfinite(factors[i]))) {
+      reader.fail(name, "found " + std::to_string(factors[i]) + " for " + materials[i].name +
+                            ", expected a finite number above 0");
+    }
+    materials[i].scale_factor = factors[i];
+  }
+}
+
 std::vector<MaterialId> read_materials(const Reader& reader) {
   std::vector<std::string> names = reader.texts(schema::kMaterialNames);
   std::vector<std::string> families = reader.texts(schema::kMaterialFamilies);
@@ -265,6 +283,7 @@ std::vector<MaterialId> read_materials(const Reader& reader) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     materials[i] = {std::move(names[i]), std::move(families[i]), std::move(hashes[i])};
   }
+  if (reader.has(schema::kMaterialScaleFactors)) read_scale_factors(reader, materials);
   return materials;
 }
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "cell_weights.h"
-#include "gonio/brdf/merl_file.h"
+#include "gonio/brdf/material_file.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
 #include "gonio/parallel/parallel.h"
@@ -103,8 +103,12 @@ void TrainingSet::add_files(std::span<const MaterialFile> files) {
   // mapping, and no more than one table per thread is in memory.
   std::vector<Mapped> mapped(files.size());
   parallel::for_each_block(0, files.size(), 1, [&](std::size_t i, std::size_t) {
-    const BrdfTable table = brdf::read_merl(files[i].path);
+    BrdfTable table = brdf::read_material(files[i].path);
     try {
+      if (files[i].scale_factor && table.scale() != scale_) {
+        ids[i].scale_factor = *files[i].scale_factor;
+        table = std::move(table).rescaled(ids[i].scale_factor, scale_);
+      }
       check_table(table, scale_, ids[i].name);
       mapped[i] = map(table);
     } catch (const std::invalid_argument& error) {

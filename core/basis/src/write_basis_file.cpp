@@ -160,14 +160,18 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
     const hsize_t p = static_cast<hsize_t>(basis.components.rows());
     const hsize_t k = static_cast<hsize_t>(basis.components.cols());
     std::vector<std::string> names, families, hashes;
+    std::vector<double> scale_factors;
     for (const MaterialId& id : basis.materials) {
       names.push_back(id.name);
       families.push_back(id.family);
       hashes.push_back(id.sha256);
+      scale_factors.push_back(id.scale_factor);
     }
     writer.texts(schema::kMaterialNames, names);
     writer.texts(schema::kMaterialFamilies, families);
     writer.texts(schema::kMaterialHashes, hashes);
+    writer.data_set<1>(schema::kMaterialScaleFactors, H5T_IEEE_F64LE,
+                       {static_cast<hsize_t>(scale_factors.size())}, scale_factors.data());
     writer.data_set<1>(schema::kSingularValues, H5T_IEEE_F64LE,
                        {static_cast<hsize_t>(basis.singular_values.size())},
                        basis.singular_values.data());

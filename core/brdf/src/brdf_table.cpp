@@ -59,4 +59,16 @@ void BrdfTable::set_invalid(std::size_t cell) {
   }
 }
 
+BrdfTable BrdfTable::rescaled(double factor, RadiometricScale to) && {
+  if (!(factor > 0.0 && std::isfinite(factor))) {
+    throw std::invalid_argument("BrdfTable: scale factor " + std::to_string(factor) +
+                                ", expected a finite number above 0");
+  }
+  for (double& value : stored_) {
+    if (value > 0.0) value *= factor;  // negatives mark cells without a value
+  }
+  scale_ = to;
+  return std::move(*this);
+}
+
 }  // namespace gonio::brdf

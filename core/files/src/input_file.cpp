@@ -63,7 +63,8 @@ std::optional<InputFile> InputFile::open_if_exists(const std::filesystem::path& 
 
 std::size_t InputFile::read_some(std::span<std::byte> bytes) {
   while (true) {
-    const ssize_t count = ::read(descriptor_, bytes.data(), bytes.size());
+    const ssize_t count =
+        ::pread(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset_));
     const int error = errno;
     if (count >= 0) {
       offset_ += static_cast<std::uintmax_t>(count);
@@ -83,6 +84,11 @@ void InputFile::read(std::span<std::byte> bytes) {
     }
     bytes = bytes.subspan(count);
   }
+}
+
+void InputFile::read_at(std::uintmax_t offset, std::span<std::byte> bytes) {
+  offset_ = offset;
+  read(bytes);
 }
 
 void require_regular_file(const std::filesystem::path& path) { const InputFile file(path); }

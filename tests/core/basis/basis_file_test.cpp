@@ -37,7 +37,8 @@ std::string refusal(const std::filesystem::path& path) {
 
 TEST(BasisFile, ReturnsWhatWasWritten) {
   const TemporaryFolder folder;
-  const Basis written = small_basis();
+  Basis written = small_basis();
+  written.materials[1].scale_factor = 2.75;
   write_basis(folder / "a.h5", written);
   const Basis read = read_basis(folder / "a.h5");
   EXPECT_EQ(read.components, written.components);
@@ -47,6 +48,8 @@ TEST(BasisFile, ReturnsWhatWasWritten) {
   EXPECT_EQ(read.mapping, written.mapping);
   EXPECT_EQ(read.scale, written.scale);
   ASSERT_EQ(read.materials.size(), 3u);
+  EXPECT_EQ(read.materials[0].scale_factor, 1.0);
+  EXPECT_EQ(read.materials[1].scale_factor, 2.75);
   EXPECT_EQ(read.materials[2].name, "lobe-3");
   EXPECT_EQ(read.materials[2].family, "odd");
   EXPECT_EQ(read.materials[2].sha256, written.materials[2].sha256);

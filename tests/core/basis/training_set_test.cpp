@@ -146,6 +146,26 @@ TEST(TrainingSet, RefusesWhatDoesNotBelongToIt) {
   EXPECT_EQ(set.material_count(), 1u);
 }
 
+TEST(TrainingSet, BringsFilesOfAnotherScaleToItsOwnWhenToldHow) {
+  const test::TemporaryFolder folder;
+  brdf::write_merl(folder / "si.binary", table_of_first_material());
+  brdf::write_merl(
+      folder / "merl.binary",
+      brdf::BrdfTable(table_of_first_material()).rescaled(0.5, RadiometricScale::merl));
+  TrainingSet set(RadiometricScale::si);
+  EXPECT_THAT(message_of([&] {
+                set.add_files(std::vector<MaterialFile>{{folder / "merl.binary", ""}});
+              }),
+              HasSubstr("radiometric scale merl, expected si"));
+  set.add_files(std::vector<MaterialFile>{{folder / "merl.binary", "", 2.0},
+                                          {folder / "si.binary", "", 2.0}});
+  EXPECT_EQ(set.materials()[0].scale_factor, 2.0);
+  EXPECT_EQ(set.materials()[1].scale_factor, 1.0) << "it has the set's scale already";
+  for (std::size_t i = 0; i < set.cells().size(); i += 1009) {
+    ASSERT_NEAR(set.row(0, 1)[i], set.row(1, 1)[i], kFloatRounding) << "cell " << set.cells()[i];
+  }
+}
+
 TEST(TrainingSet, RefusesValuesThatAreNotFinite) {
   std::vector<double> stored = table_of_first_material().stored_planes();
   stored[test::training_set().cells()[12345]] = std::numeric_limits<double>::quiet_NaN();

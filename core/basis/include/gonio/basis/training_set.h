@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,12 +18,16 @@ struct MaterialId {
   std::string name;
   std::string family;  ///< empty when unknown
   std::string sha256;  ///< of the file, or of the tabulated values of a built-in one
+  /// What its values were multiplied by to be in the set's radiometric scale; 1: they were.
+  double scale_factor = 1.0;
 };
 
-/// A MERL file to train on.
+/// A file to train on, in any format of brdf::read_material().
 struct MaterialFile {
   std::filesystem::path path;
   std::string family;
+  /// Brings its values to the set's scale when it has another; empty: another scale is refused.
+  std::optional<double> scale_factor = std::nullopt;
 };
 
 /// Mapped training data: three rows (R, G, B) per material, one column per lattice cell above the
@@ -47,7 +52,7 @@ class TrainingSet {
   /// empty id.sha256 becomes the hash of the mapped values.
   void add(MaterialId id, const brdf::BrdfModel& model);
 
-  /// Reads and adds MERL files, several at a time (35 MB of memory each while it is read). The
+  /// Reads and adds material files, several at a time (35 MB of memory each while it is read). The
   /// material's name is the file name without its extension, its sha256 that of the file.
   /// Throws DataFormatError naming the file, also for what add() refuses.
   void add_files(std::span<const MaterialFile> files);

@@ -15,6 +15,11 @@ using Rgb = Eigen::Array3d;
 /// (teflon comes out at pi f = 0.33), so the scale travels with every table, basis and sample file.
 enum class RadiometricScale { si, merl };
 
+/// What a value of the MERL database has to be multiplied by to be in SI, as good as is known: the
+/// database gives polytetrafluoroethylene (teflon) pi f = 0.34 near the normal, whose reflectance is
+/// 0.93 to 0.95. Used only where a user asks for files of both scales to be brought together.
+constexpr double kMerlToSi = 2.75;
+
 std::string_view to_string(RadiometricScale scale);
 RadiometricScale radiometric_scale_from_string(std::string_view name);
 

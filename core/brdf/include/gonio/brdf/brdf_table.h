@@ -45,6 +45,10 @@ class BrdfTable {
 
   const std::vector<double>& stored_planes() const { return stored_; }
 
+  /// All valid values times `factor`, said to be in scale `to`. Throws std::invalid_argument unless
+  /// `factor` is above 0 and finite.
+  BrdfTable rescaled(double factor, RadiometricScale to) &&;
+
  private:
   std::vector<double> stored_;
   IndexConvention convention_;

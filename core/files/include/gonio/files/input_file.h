@@ -8,7 +8,7 @@
 
 namespace gonio::files {
 
-/// A regular file that is read from front to back: what every reader of a user's file opens first.
+/// A regular file of known size: what every reader of a user's file opens first.
 ///
 /// Hostile  A folder, pipe, socket or device is refused at once: opening one never blocks, and
 ///          nothing is ever read from one.
@@ -27,8 +27,12 @@ class InputFile {
   /// Bytes when it was opened.
   std::uintmax_t size() const { return size_; }
 
-  /// Fills `bytes`; DataFormatError with the offset when the file ends before.
+  /// Fills `bytes` from where the last read ended; DataFormatError with the offset when the file
+  /// ends before.
   void read(std::span<std::byte> bytes);
+
+  /// The same from anywhere; the next read goes on behind it.
+  void read_at(std::uintmax_t offset, std::span<std::byte> bytes);
 
   /// Reads what is there, at most `bytes.size()`; 0 at the end only.
   std::size_t read_some(std::span<std::byte> bytes);
