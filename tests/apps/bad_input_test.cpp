@@ -38,6 +38,30 @@ TEST_F(BadInput, NamesFieldAndByteOfABrokenRglFile) {
   refused({"sample", "magic.bsdf", "--directions", "list.csv", "--out", "s.csv"}, {"magic.bsdf"});
 }
 
+TEST_F(BadInput, NamesTheLineOfABrokenCornellFile) {
+  folder.write("word.brdf", "# paint\n2\n400 700\n0.1 0 0.2 3.14 one 1\n");
+  folder.write("few.brdf", "2\n400 700\n0.1 0 0.2 3.14 1 1\n");
+  refused({"render", "word.brdf", "--out", "x.png"}, {"word.brdf", "line 4", "\"one\""});
+  refused({"compare", "builtin:slate", "few.brdf"}, {"few.brdf", "found 1 samples, expected"});
+  refused({"train", "builtin:slate", "word.brdf", "--out", "basis.h5"}, {"word.brdf", "line 4"});
+  refused({"convert", "word.brdf", "x.binary"}, {"word.brdf", "line 4"});
+}
+
+TEST_F(BadInput, NamesWhatCannotBeConverted) {
+  folder.write("a.binary", merl_file(1.0));
+  refused({"convert", "a.binary", "x.exr"}, {"x.exr", "expected .binary, .bsdf or .csv"});
+  refused({"convert", "a.binary", "x.bsdf"}, {"a.binary", "found merl, expected si"});
+  refused({"convert", "a.binary", "a.binary", "--force"}, {"a.binary", "is an input"});
+  refused({"convert", "builtin:slate", "no/such/x.bsdf"}, {"no/such"});
+  folder.write("few.csv",
+               "# radiometric_scale = si\n" + std::string(kSampleHeader) + "10,20,30,1,2,3\n");
+  refused({"convert", "few.csv", "x.binary"}, {"few.csv", "found 1 samples, expected"});
+  refused({"render", "a.binary", "--scene", "mitsuba", "--out", "x.xml"},
+          {"a.binary", "found merl, expected si"});
+  refused({"render", "builtin:slate", "--scene", "pbrt", "--out", "no/such/x.pbrt"}, {"no/such"});
+  refused({"render", "builtin:slate", "--scene", "povray", "--out", "x"}, {"--scene", "povray"});
+}
+
 TEST_F(BadInput, NamesMaterialsOfDifferentScale) {
   folder.write("a.binary", merl_file(1.0));
   refused({"train", "builtin:slate", "a.binary", "--out", "basis.h5"},

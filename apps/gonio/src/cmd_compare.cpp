@@ -31,12 +31,22 @@ namespace {
 struct Options {
   std::string truth;
   std::string found;
+  ScaleWish scale;
   bool json = false;
 };
 
 int compare(Context& context, const Options& options) {
-  const brdf::BrdfTable truth = load_table(named_material(options.truth));
-  const brdf::BrdfTable found = load_table(named_material(options.found));
+  const auto load = [&](const std::string& word) {
+    NamedMaterial material = named_material(word);
+    report_conventions(context.console, material, Report::warnings);
+    if (!options.scale.scale.empty()) {
+      material.scale = brdf::radiometric_scale_from_string(options.scale.scale);
+      material.merl_to_si = options.scale.merl_to_si;
+    }
+    return load_table(material);
+  };
+  const brdf::BrdfTable truth = load(options.truth);
+  const brdf::BrdfTable found = load(options.found);
   const quality::Comparison comparison =
       blame(options.found, [&] { return quality::compare(truth, found); });
   if (options.json) {
@@ -72,6 +82,7 @@ void add_compare(const Command& root) {
                "gonio compare truth.binary found.binary --json");
   command.text("A", options->truth, "Reference: a material file or builtin:NAME", Need::required);
   command.text("B", options->found, "What is compared with it", Need::required);
+  add_scale_options(command, options->scale);
   command.flag("--json", options->json, "Print JSON");
   command.on_call(options, compare);
 }

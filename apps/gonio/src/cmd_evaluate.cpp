@@ -82,6 +82,9 @@ int evaluate(Context& context, const Options& options) {
   if (input.size() < 4) {
     throw UsageError(fmt::format("found {} materials, expected at least 4", input.size()));
   }
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    report_conventions(context.console, input.material(i), Report::warnings);
+  }
   std::vector<quality::Contender> contenders;
   const quality::PatchGeometry patch = quality::PatchGeometry::of_half_width(options.patch_mm);
   const auto add = [&](std::string label, std::vector<brdf::HalfDiff> directions, bool published) {
@@ -193,9 +196,10 @@ void add_evaluate(const Command& root) {
   const Command command =
       root.add("evaluate", "Held-out accuracy over many materials",
                "gonio evaluate BRDFDatabase/brdfs --samples 10 --folds 5 --json");
-  command.texts("FILES_OR_DIRS", options->inputs,
-                "Material files (.binary, .bsdf), folders of them, \"builtin\" or \"builtin:NAME\"",
-                Need::required);
+  command.texts(
+      "FILES_OR_DIRS", options->inputs,
+      "Material files (.binary, .bsdf, .brdf), folders of them, \"builtin\" or \"builtin:NAME\"",
+      Need::required);
   command.integer("--samples", options->samples, 1, 1000, "Directions to choose per fold");
   command.integer("--folds", options->folds, 2, 100000, "Parts the materials are split into");
   command.integer("--components", options->components, 1, 10000, "Of the basis");

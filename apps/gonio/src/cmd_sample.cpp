@@ -40,7 +40,9 @@ int sample(Context& context, const Options& options) {
   }
   const quality::PatchGeometry patch =
       options.rig.empty() ? quality::PatchGeometry{} : patch_of(read_rig_file(options.rig));
-  const SampleMaterial material = load_sample(named_material(options.material));
+  const NamedMaterial named = named_material(options.material);
+  report_conventions(context.console, named, Report::warnings);
+  const SampleMaterial material = load_sample(named);
   quality::SyntheticNoise noise;
   noise.relative = options.noise;
   noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);

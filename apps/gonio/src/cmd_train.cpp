@@ -49,6 +49,9 @@ int train(Context& context, const Options& options) {
     old = basis::read_basis(options.append);
     require_appendable(*old, input, options.append);
   }
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    report_conventions(context.console, input.material(i), Report::warnings);
+  }
   const auto set = [&] {
     const PhaseTimer timer(context.console, "reading materials");
     return load_training_set(input);
@@ -99,9 +102,10 @@ void add_train(const Command& root) {
   const Command command =
       root.add("train", "Learn a basis from materials",
                "gonio train BRDFDatabase/brdfs --out basis.h5 --exclude teflon");
-  command.texts("FILES_OR_DIRS", options->inputs,
-                "Material files (.binary, .bsdf), folders of them, \"builtin\" or \"builtin:NAME\"",
-                Need::required);
+  command.texts(
+      "FILES_OR_DIRS", options->inputs,
+      "Material files (.binary, .bsdf, .brdf), folders of them, \"builtin\" or \"builtin:NAME\"",
+      Need::required);
   command.text("--out", options->out, "Basis file to write (HDF5)", Need::required);
   command.text("--append", options->append,
                "Add the materials to this basis instead, without the files it was trained on");

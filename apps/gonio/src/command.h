@@ -107,6 +107,7 @@ void add_reconstruct(const Command& root);
 void add_sample(const Command& root);
 void add_evaluate(const Command& root);
 void add_compare(const Command& root);
+void add_convert(const Command& root);
 void add_render(const Command& root);
 void add_report(const Command& root);
 void add_completion(const Command& root);

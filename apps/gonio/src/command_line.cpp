@@ -183,7 +183,7 @@ int run_command_line(int argc, char** argv) {
   root.require_subcommand();
   for (const auto add : {add_demo, add_materials, add_train, add_plan, add_rig, add_measure,
                          add_status, add_reduce, add_reconstruct, add_sample, add_evaluate,
-                         add_compare, add_render, add_report, add_completion}) {
+                         add_compare, add_convert, add_render, add_report, add_completion}) {
     add(root);
   }
   try {

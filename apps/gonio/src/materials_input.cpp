@@ -146,9 +146,23 @@ brdf::BrdfTable load_table(const NamedMaterial& material) {
   brdf::BrdfTable table = material.builtin != nullptr
                               ? brdf::tabulate(*material.builtin->model, brdf::RadiometricScale::si)
                               : brdf::read_material(material.path);
-  if (!material.scale || *material.scale == table.scale()) return table;
-  return std::move(table).rescaled(factor_to(*material.scale, material.merl_to_si),
-                                   *material.scale);
+  if (!material.scale) return table;
+  return in_scale(std::move(table), *material.scale, material.merl_to_si);
+}
+
+brdf::BrdfTable in_scale(brdf::BrdfTable table, brdf::RadiometricScale to, double merl_to_si) {
+  if (table.scale() == to) return table;
+  return std::move(table).rescaled(factor_to(to, merl_to_si), to);
+}
+
+void report_conventions(const Console& console, const NamedMaterial& material, Report what) {
+  if (material.builtin != nullptr) return;
+  const auto report = brdf::check_file_conventions(material.path);
+  if (!report) return;
+  if (what == Report::always) console.say(material.source + ": " + report->text());
+  if (const std::string warning = report->warning(); !warning.empty()) {
+    console.warn(material.source + ": " + warning);
+  }
 }
 
 SampleMaterial load_sample(const NamedMaterial& material) {

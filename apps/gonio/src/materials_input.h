@@ -13,6 +13,7 @@
 namespace gonio::cli {
 
 class Command;
+class Console;
 
 /// How files of different radiometric scale are brought together. Without a wish all must have the
 /// same.
@@ -41,6 +42,14 @@ struct NamedMaterial {
 NamedMaterial named_material(const std::string& word);
 
 brdf::BrdfTable load_table(const NamedMaterial& material);
+
+/// The table in another scale; unchanged when it has that already.
+brdf::BrdfTable in_scale(brdf::BrdfTable table, brdf::RadiometricScale to, double merl_to_si);
+
+/// Warns when the file's values are clearly more reciprocal read under another convention; with
+/// `always` says how reciprocal they are in any case. Nothing for MERL files and built-in ones.
+enum class Report { warnings, always };
+void report_conventions(const Console& console, const NamedMaterial& material, Report what);
 
 /// A material as the simulated sample: exact for built-in ones, trilinear for files.
 struct SampleMaterial {

@@ -17,6 +17,15 @@ double linear_integral(double first, double second, double t) {
   return t * (first + 0.5 * t * (second - first));
 }
 
+/// The t in [0, 1] at which linear_integral() reaches `area`.
+double solve_linear_integral(double first, double second, double area) {
+  const double slope = second - first;
+  const double root = std::sqrt(std::fmax(first * first + 2.0 * slope * area, 0.0));
+  // The form that does not subtract nearly equal numbers.
+  const double sum = first + root;
+  return sum > 0.0 ? std::fmin(std::fmax(2.0 * area / sum, 0.0), 1.0) : 0.0;
+}
+
 }  // namespace
 
 AxisPlace AxisPlace::on(double position, std::size_t count) {
@@ -120,6 +129,34 @@ BilinearWarp::Point BilinearWarp::to_uniform(Point at, std::size_t slice, double
   const double v =
       (up(y.node) + step_y * linear_integral(total[0], total[1], y.fraction)) / up(height_ - 1);
   return {u, v};
+}
+
+BilinearWarp::Point BilinearWarp::from_uniform(Point uniform, std::size_t slice) const {
+  const double step_x = 1.0 / static_cast<double>(width_ - 1);
+  const double step_y = 1.0 / static_cast<double>(height_ - 1);
+  const double* const up = along_y_.data() + slice * height_;
+  const float* const sums = along_x_.data() + slice * height_ * width_;
+  const float* const values = density_.data() + slice * height_ * width_;
+  const double area = std::fmin(std::fmax(uniform.y, 0.0), 1.0) * up[height_ - 1];
+  const auto row = static_cast<std::size_t>(
+      std::clamp<std::ptrdiff_t>(std::upper_bound(up, up + height_, area) - up - 1, 0,
+                                 static_cast<std::ptrdiff_t>(height_ - 2)));
+  const double total[2] = {sums[(row + 1) * width_ - 1], sums[(row + 2) * width_ - 1]};
+  const double t = solve_linear_integral(total[0], total[1], (area - up[row]) / step_y);
+
+  const auto mixed = [&](const float* table, std::size_t i) {
+    return mix(table[row * width_ + i], table[(row + 1) * width_ + i], t);
+  };
+  const double part = std::fmin(std::fmax(uniform.x, 0.0), 1.0) * mixed(sums, width_ - 1);
+  std::size_t low = 0;
+  std::size_t high = width_ - 1;
+  while (high - low > 1) {
+    const std::size_t middle = (low + high) / 2;
+    (mixed(sums, middle) <= part ? low : high) = middle;
+  }
+  const double s = solve_linear_integral(mixed(values, low), mixed(values, low + 1),
+                                         (part - mixed(sums, low)) / step_x);
+  return {(static_cast<double>(low) + s) * step_x, (static_cast<double>(row) + t) * step_y};
 }
 
 }  // namespace gonio::brdf

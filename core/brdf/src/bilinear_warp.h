@@ -44,6 +44,9 @@ class BilinearWarp {
   /// The point of the uniform square that (x, y) comes from: the cumulative distributions at it.
   Point to_uniform(Point at, std::size_t slice, double fraction) const;
 
+  /// The inverse at one slice: where a point of the uniform square goes.
+  Point from_uniform(Point uniform, std::size_t slice) const;
+
  private:
   std::size_t slices_;
   std::size_t height_;

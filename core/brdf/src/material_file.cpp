@@ -1,20 +1,38 @@
 #include "gonio/brdf/material_file.h"
 
 #include <array>
+#include <stdexcept>
+#include <vector>
 
+#include "gonio/brdf/cornell_file.h"
 #include "gonio/brdf/merl_file.h"
 #include "gonio/brdf/rgl_file.h"
+#include "gonio/brdf/scattered_brdf.h"
+#include "gonio/errors/errors.h"
 
 namespace gonio::brdf {
+namespace {
+
+ScatteredBrdf scattered(const std::filesystem::path& path, Symmetry symmetry) {
+  const std::vector<ScatteredValue> samples = read_cornell(path);
+  try {
+    return ScatteredBrdf(samples, symmetry);
+  } catch (const std::invalid_argument& error) {
+    throw DataFormatError(path, "as scattered samples", error.what());
+  }
+}
+
+}  // namespace
 
 MaterialFormat material_format(const std::filesystem::path& path) {
   const std::filesystem::path extension = path.extension();
   if (extension == ".bsdf") return MaterialFormat::rgl;
+  if (extension == ".brdf") return MaterialFormat::cornell;
   return MaterialFormat::merl;
 }
 
 std::span<const std::string_view> material_extensions() {
-  static constexpr std::array<std::string_view, 2> kExtensions = {".binary", ".bsdf"};
+  static constexpr std::array<std::string_view, 3> kExtensions = {".binary", ".bsdf", ".brdf"};
   return kExtensions;
 }
 
@@ -28,10 +46,30 @@ BrdfTable read_material(const std::filesystem::path& path) {
   switch (material_format(path)) {
     case MaterialFormat::rgl:
       return tabulate(RglBrdf(read_rgl(path)), RadiometricScale::si);
+    case MaterialFormat::cornell:
+      return tabulate_covered(scattered(path, Symmetry::reciprocal), RadiometricScale::si);
     case MaterialFormat::merl:
       break;
   }
   return read_merl(path);
+}
+
+std::optional<ConventionReport> check_file_conventions(const std::filesystem::path& path) {
+  switch (material_format(path)) {
+    case MaterialFormat::rgl: {
+      const RglBrdf brdf(read_rgl(path));
+      return check_conventions([&](const DirectionPair& pair) { return brdf.one_way(pair); },
+                               [](const DirectionPair&) { return true; });
+    }
+    case MaterialFormat::cornell: {
+      const ScatteredBrdf brdf = scattered(path, Symmetry::one_way);
+      return check_conventions([&](const DirectionPair& pair) { return brdf.evaluate(pair); },
+                               [&](const DirectionPair& pair) { return brdf.covers(pair); });
+    }
+    case MaterialFormat::merl:
+      break;
+  }
+  return std::nullopt;
 }
 
 }  // namespace gonio::brdf

@@ -16,8 +16,8 @@ using Rgb = Eigen::Array3d;
 enum class RadiometricScale { si, merl };
 
 /// What a value of the MERL database has to be multiplied by to be in SI, as good as is known: the
-/// database gives polytetrafluoroethylene (teflon) pi f = 0.34 near the normal, whose reflectance is
-/// 0.93 to 0.95. Used only where a user asks for files of both scales to be brought together.
+/// database gives polytetrafluoroethylene (teflon) pi f = 0.34 near the normal, whose reflectance
+/// is 0.93 to 0.95. Used only where a user asks for files of both scales to be brought together.
 constexpr double kMerlToSi = 2.75;
 
 std::string_view to_string(RadiometricScale scale);

@@ -1,22 +1,25 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string_view>
 
 #include "gonio/brdf/brdf_table.h"
+#include "gonio/brdf/convention_check.h"
 
 namespace gonio::brdf {
 
 /// The formats a measured material may come in, told apart by the file's extension.
 enum class MaterialFormat {
-  merl,  ///< .binary and any other: merl_file.h
-  rgl,   ///< .bsdf: rgl_file.h
+  merl,    ///< .binary and any other: merl_file.h
+  rgl,     ///< .bsdf: rgl_file.h
+  cornell  ///< .brdf: cornell_file.h
 };
 
 MaterialFormat material_format(const std::filesystem::path& path);
 
-/// Extensions a folder is searched for, with the dot: ".binary", ".bsdf".
+/// Extensions a folder is searched for, with the dot: ".binary", ".bsdf", ".brdf".
 std::span<const std::string_view> material_extensions();
 
 /// The scale the file's values are in, without reading them: MERL as its sidecar says, all other
@@ -24,7 +27,12 @@ std::span<const std::string_view> material_extensions();
 RadiometricScale material_scale(const std::filesystem::path& path);
 
 /// A material file of any format as a table on the lattice (bin centres but for a MERL file that
-/// says otherwise). Throws as the format's own reader.
+/// says otherwise). Scattered samples are interpolated (scattered_brdf.h); cells they do not cover
+/// have no value. Throws as the format's own reader.
 BrdfTable read_material(const std::filesystem::path& path);
+
+/// How reciprocal the file's own values are (convention_check.h); nothing for MERL files, whose
+/// lattice holds each reciprocal pair once. Throws as read_material().
+std::optional<ConventionReport> check_file_conventions(const std::filesystem::path& path);
 
 }  // namespace gonio::brdf

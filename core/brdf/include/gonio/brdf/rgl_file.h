@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gonio/brdf/brdf_model.h"
+#include "gonio/files/atomic_file.h"
 
 namespace gonio::brdf {
 
@@ -71,5 +72,22 @@ class RglBrdf final : public BrdfModel {
 ///          missing or wrongly shaped field, an anisotropic or spectral material, numbers that are
 ///          not finite, angles that do not ascend, a negative density.
 RglTables read_rgl(const std::filesystem::path& path);
+
+/// Any isotropic BRDF, in SI, as an RGL material: grids fine enough for a measured lattice (a polar
+/// node at every bin centre of theta_h, 64 x 64 warped directions for a light every 3 deg).
+///
+/// The ndf is what the material's own lobe looks like, azimuths and theta_d averaged; half of the
+/// warped grid follows it and half is spread evenly, so that tails are kept as well.
+/// Throws   NumericalError where the model is not finite.
+RglTables rgl_tables(const BrdfModel& model, std::string description);
+
+/// Writes tables as a `.bsdf` file that Mitsuba 3 and pbrt-v4 read as a measured material: besides
+/// the fields of read_rgl() a sampling density (`luminance`) and smooth `spectra` at 400 to 700 nm
+/// that have the colours of `rgb` under D65. Same tables, same bytes.
+///
+/// Throws   std::invalid_argument as RglBrdf(); FileError when the file exists (Overwrite::No) or
+///          cannot be written.
+void write_rgl(const std::filesystem::path& path, const RglTables& tables,
+               files::Overwrite overwrite = files::Overwrite::No);
 
 }  // namespace gonio::brdf

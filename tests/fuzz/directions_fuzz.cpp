@@ -1,0 +1,7 @@
+#include "gonio/samples/samples.h"
+#include "trial.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  return gonio::fuzz::trial(data, size,
+                            [](const auto& path) { gonio::samples::read_directions(path); });
+}
