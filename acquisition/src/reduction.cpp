@@ -232,10 +232,12 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
     const rig::RigPose pose =
         rig::forward(instrument.rig, frames.lit.begin()->second.front()->joints);
     int dropped = 0;
+    int number = 0;
     for (const Eigen::Vector2d& centre : spot_centres(options)) {
       const Spot spot = spot_at(instrument, pose, centre, options.spot_half_width_mm);
       samples::Sample sample;
       sample.pose = index;
+      sample.spot = number++;
       bool usable = static_cast<double>(spot.pixels.size()) >=
                         options.min_usable_fraction * spot.expected_pixels &&
                     !spot.pixels.empty();

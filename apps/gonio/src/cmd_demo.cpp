@@ -9,12 +9,15 @@
 #include "gonio/basis/reconstruct.h"
 #include "gonio/brdf/builtin_materials.h"
 #include "gonio/brdf/merl_file.h"
+#include "gonio/design/importance.h"
 #include "gonio/files/atomic_folder.h"
 #include "gonio/render/comparison_sheet.h"
 #include "gonio/render/png.h"
 #include "json_text.h"
+#include "patch_geometry.h"
 #include "plan_file.h"
 #include "planning.h"
+#include "pose_choice.h"
 #include "provenance.h"
 #include "report_data.h"
 #include "session_run.h"
@@ -88,11 +91,10 @@ class Demo {
       basis::write_basis(folder / "basis.h5", basis);
     }
     context_.check_stop();
-    DesignRequest request;
-    request.sample_count = options_.samples;
-    request.seed = options_.seed;
-    const std::vector<brdf::HalfDiff> chosen =
-        choose_directions(console_, basis, &rig_, &inverse_, request, context_.stop);
+    const std::vector<brdf::HalfDiff> chosen = choose_poses(
+        console_, basis, design::importance_matrix(basis.components, design::importance_weights()),
+        &inverse_, {options_.samples, patch_of(rig_), planned_noise(&rig_), options_.seed},
+        context_.stop);
     context_.check_stop();
     const StoredSession session = measure(material, chosen, folder);
     return reconstruct(material, basis, session, folder);
@@ -200,6 +202,7 @@ class Demo {
     data.samples = fitted_samples(patches.samples, result.ours.fit);
     for (const std::string& warning : patches.warnings) data.warnings.push_back(warning);
     data.checks = self_checks(*result.ours.table, &result.ours.fit);
+    data.checks.push_back(evenness(patches.samples, result.ours.fit));
     data.methods = {{"This measurement", "patches of 5 x 5 values per pose", result.ours.table,
                      result.ours.comparison},
                     {"Points", "the same frames, one value per pose", result.points.table,

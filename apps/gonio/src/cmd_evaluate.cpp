@@ -12,6 +12,7 @@
 #include "gonio/samples/csv.h"
 #include "json_text.h"
 #include "materials_input.h"
+#include "near_field_plan.h"
 #include "planning.h"
 
 namespace gonio::cli {
@@ -27,6 +28,8 @@ struct Options {
   int folds = 5;
   int components = basis::kDefaultComponents;
   double patch_mm = 0.0;
+  int shots = 0;
+  NearFieldWords camera;
   double noise = 0.0;
   double angle_error_deg = 0.0;
   std::uint64_t seed = 1;
@@ -114,6 +117,16 @@ int evaluate(Context& context, const Options& options) {
     const auto directions = usable_directions(context.console, options.directions);
     add("given directions", directions, false);
     add("given directions, published", directions, true);
+  }
+  if (options.shots > 0) {
+    const auto near_field = [&](std::string label, std::vector<brdf::HalfDiff> shots) {
+      add(std::move(label), std::move(shots), false);
+      quality::Contender& contender = contenders.back();
+      if (contender.directions.empty()) contender.sample_count = options.shots;
+      contender.near_field = near_field_setup(options.camera);
+    };
+    near_field(fmt::format("{} near-field shots", options.shots), {});
+    near_field("published pair, near field", design::published_set("near-field-2").directions);
   }
   add("published ten, eta 40", design::published_set("nielsen-10").directions, true);
 
@@ -214,6 +227,9 @@ void add_evaluate(const Command& root) {
   command.flag("--leave-one-out", options->leave_one_out,
                "Score directions chosen by the objective loo as well");
   add_scale_options(command, options->scale);
+  command.integer("--shots", options->shots, 0, 20,
+                  "Score this many near-field shots as well, and the published pair");
+  command.number("--fov", options->camera.fov_deg, 1.0, 120.0, "Of the shots, degrees");
   command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
   command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
                  "Standard deviation of the normal's tilt, degrees per axis");

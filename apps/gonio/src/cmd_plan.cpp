@@ -6,11 +6,15 @@
 #include "direction_choice.h"
 #include "directions_input.h"
 #include "gonio/basis/basis_file.h"
+#include "gonio/design/importance.h"
 #include "gonio/design/published_sets.h"
 #include "json_text.h"
+#include "near_field_plan.h"
 #include "outputs.h"
+#include "patch_geometry.h"
 #include "plan_file.h"
 #include "planning.h"
+#include "pose_choice.h"
 #include "provenance.h"
 
 namespace gonio::cli {
@@ -38,10 +42,14 @@ struct Options {
   std::string method = "exchange";
   std::string objective = "a";
   std::string weights = kDefaultWeights;
+  std::string patch = "auto";
   int samples = 0;
   double noise = -1.0;  ///< below 0: from the rig
   double percent_per_second = 0.0;
   std::uint64_t seed = 1;
+  bool near_field = false;
+  int shots = 2;
+  NearFieldWords camera;
   bool explain = false;
   bool json = false;
   bool skip_unreachable = false;
@@ -138,7 +146,69 @@ DesignRequest request_from(const Options& options) {
   return request;
 }
 
+/// Poses are chosen for patches by the expected error; other objectives and what was published know
+/// points.
+PoseRequest pose_request(const Console& console, const Options& options, const RigFile* rig) {
+  PoseRequest request;
+  request.pose_count = options.samples;
+  request.noise = planned_noise(rig);
+  request.seed = options.seed;
+  if (options.method != "exchange" || options.objective != "a" ||
+      options.percent_per_second > 0.0) {
+    if (options.patch != "auto" && options.patch != "0") {
+      throw UsageError(fmt::format(
+          "--patch {} goes with --method exchange, --objective a and no --time-price only",
+          options.patch));
+    }
+    return request;
+  }
+  request.patch = planned_patch(options.patch, rig);
+  if (rig == nullptr && options.patch == "auto" && options.samples > 0) {
+    console.say(fmt::format("no rig: {} assumed, {:g} mm from the camera and {:g} mm from the lamp",
+                            to_text(request.patch), request.patch.camera_distance_mm,
+                            request.patch.lamp_distance_mm));
+  }
+  return request;
+}
+
+int plan_near_field(Context& context, const Options& options) {
+  if (options.basis.empty() || options.samples > 0 || !options.rig.empty()) {
+    throw UsageError("--near-field needs --basis, and --shots instead of --samples and --rig");
+  }
+  require_output(options.out, options.force, {options.basis, options.directions});
+  const design::NearFieldSetup setup = near_field_setup(options.camera);
+  std::vector<brdf::HalfDiff> shots;
+  if (!options.directions.empty()) {
+    for (const samples::Direction& each :
+         directions_input(options.directions, samples::BelowHorizon::Refuse)) {
+      shots.push_back(each.angles);
+    }
+  }
+  const basis::Basis basis = [&] {
+    const PhaseTimer timer(context.console, "reading the basis");
+    return basis::read_basis(options.basis);
+  }();
+  if (shots.empty()) {
+    shots = choose_shots(context.console, basis, setup, options.shots, options.seed, context.stop);
+    context.check_stop();
+  }
+  files::write_text_file(
+      options.out,
+      directions_text(shots,
+                      {fmt::format("gonio plan {}", version_text()),
+                       fmt::format("centres of {} near-field shots, field of view {:g} deg, "
+                                   "camera {:g} mm, {} lamp; basis {}, seed {}",
+                                   shots.size(), options.camera.fov_deg, options.camera.camera_mm,
+                                   options.camera.lamp_mm > 0.0 ? "near" : "directional",
+                                   basis_fingerprint(basis).substr(0, 12), options.seed)}),
+      overwrite(options.force));
+  context.console.result(near_field_text(basis, shots, setup));
+  context.console.say(fmt::format("{}: {} shots", options.out, shots.size()));
+  return kSuccess;
+}
+
 int plan(Context& context, const Options& options) {
+  if (options.near_field) return plan_near_field(context, options);
   const bool from_list = !options.directions.empty();
   if (from_list == (options.samples > 0)) {
     throw UsageError("give either --samples with --basis to choose directions, or --directions");
@@ -161,24 +231,32 @@ int plan(Context& context, const Options& options) {
     const PhaseTimer timer(context.console, "reading the basis");
     basis = basis::read_basis(options.basis);
   }
+  const PoseRequest poses = pose_request(context.console, options, rig ? &*rig : nullptr);
+  Eigen::MatrixXd importance;
+  if (basis) {
+    importance = design::blended_importance(*basis, basis->left_vectors, request.weights);
+  }
   std::vector<std::string> comments{fmt::format("gonio plan {}", version_text())};
   if (from_list) {
     comments.push_back("directions from " +
                        std::filesystem::path(options.directions).filename().string());
   } else {
+    const rig::Inverse* reach = inverse ? &*inverse : nullptr;
     const std::vector<brdf::HalfDiff> chosen =
-        choose_directions(context.console, *basis, rig ? &*rig : nullptr,
-                          inverse ? &*inverse : nullptr, request, context.stop);
+        poses.patch.is_point()
+            ? choose_directions(context.console, *basis, rig ? &*rig : nullptr, reach, request,
+                                context.stop)
+            : choose_poses(context.console, *basis, importance, reach, poses, context.stop);
     if (context.stop.stop_requested()) {
       context.console.warn("search stopped: the plan holds the best directions so far");
       comments.push_back("search stopped early");
     }
     for (const brdf::HalfDiff& angles : chosen) directions.push_back({angles, 0});
+    const bool published = request.method != DesignMethod::exchange;
     comments.push_back(fmt::format(
-        "{} directions by {}, objective {}, weights {}, for basis {} ({} materials), seed {}",
-        options.samples, options.method,
-        request.method == DesignMethod::exchange ? options.objective : "as published",
-        request.method == DesignMethod::exchange ? options.weights : "none",
+        "{} directions by {}, {}, objective {}, weights {}, for basis {} ({} materials), seed {}",
+        options.samples, options.method, to_text(poses.patch),
+        published ? "as published" : options.objective, published ? "none" : options.weights,
         basis_fingerprint(*basis).substr(0, 12), basis->materials.size(), options.seed));
   }
   nlohmann::ordered_json explained = nlohmann::ordered_json::object();
@@ -190,7 +268,8 @@ int plan(Context& context, const Options& options) {
     if (options.json) {
       explained["figures"] = figures_json(figures);
     } else {
-      context.console.result(figures_text(figures));
+      context.console.result(figures_text(figures) +
+                             sample_size_text(*basis, importance, angles, poses));
     }
   }
   if (!rig) {
@@ -202,28 +281,28 @@ int plan(Context& context, const Options& options) {
     context.console.say(fmt::format("{}: {} directions", options.out, angles.size()));
     return kSuccess;
   }
-  acquisition::MeasurementPlan poses = plan_poses(*rig, *inverse, directions, options.seed);
-  refuse_unreachable(context.console, options.directions, poses, options.skip_unreachable);
+  acquisition::MeasurementPlan session = plan_poses(*rig, *inverse, directions, options.seed);
+  refuse_unreachable(context.console, options.directions, session, options.skip_unreachable);
   std::vector<double> exposures_us;
   if (basis) {
     const basis::BasisRows rows(*basis);
-    for (const auto& point : poses.points) {
+    for (const auto& point : session.points) {
       exposures_us.push_back(expected_exposure_us(*rig, rows, point.direction));
     }
-    predict_from_exposures(*rig, exposures_us, poses);
+    predict_from_exposures(*rig, exposures_us, session);
   }
   comments.push_back(fmt::format("rig {}, travel {:.1f} s, session about {:.0f} s", rig->rig.name,
-                                 poses.travel_s, poses.duration_s));
-  files::write_text_file(options.out, plan_text(rig->rig, poses, exposures_us, comments),
+                                 session.travel_s, session.duration_s));
+  files::write_text_file(options.out, plan_text(rig->rig, session, exposures_us, comments),
                          overwrite(options.force));
   if (options.json) {
-    explained["session"] = session_json(poses);
+    explained["session"] = session_json(session);
     context.console.result(json_text(explained));
   } else if (options.explain) {
-    explain_plan(context, poses);
+    explain_plan(context, session);
   }
-  context.console.say(fmt::format("{}: {} directions, about {}", options.out, poses.points.size(),
-                                  duration_text(poses.duration_s)));
+  context.console.say(fmt::format("{}: {} directions, about {}", options.out, session.points.size(),
+                                  duration_text(session.duration_s)));
   return kSuccess;
 }
 
@@ -275,6 +354,21 @@ void add_plan(const Command& root) {
                  "Relative standard deviation to plan for; below 0: what the rig's constants say");
   command.number("--time-price", options->percent_per_second, 0.0, 100.0,
                  "Per cent of the square error that a second of exposure is worth");
+  command.text(
+      "--patch", options->patch,
+      "Choose poses for all that a frame shows: half width of the sample in mm, 0 for points, "
+      "auto for the rig's own (25 without a rig)");
+  command.flag("--near-field", options->near_field,
+               "Choose centres of photographs taken from near, each pixel a direction");
+  command.integer("--shots", options->shots, 1, 20, "How many, with --near-field");
+  command.number("--fov", options->camera.fov_deg, 1.0, 120.0,
+                 "Field of view of the square photograph, degrees");
+  command.number("--camera-mm", options->camera.camera_mm, 1.0, 1e5,
+                 "Distance of the camera, with --near-field");
+  command.number("--lamp-mm", options->camera.lamp_mm, 0.0, 1e6,
+                 "Distance of a point lamp, with --near-field; 0: directional light");
+  command.number("--sample-mm", options->camera.sample_mm, 0.0, 1e5,
+                 "Half width of the sample, with --near-field; 0: no edge in sight");
   command.seed(options->seed, "Of the search");
   command.flag("--explain", options->explain, "Print poses, times and figures of the design");
   command.flag("--json", options->json, "With --explain: as JSON");

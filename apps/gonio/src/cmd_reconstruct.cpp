@@ -7,9 +7,11 @@
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
 #include "gonio/brdf/merl_file.h"
+#include "gonio/quality/homogeneity.h"
 #include "json_text.h"
 #include "outputs.h"
 #include "provenance.h"
+#include "report_data.h"
 #include "samples_input.h"
 #include "session_run.h"
 
@@ -79,6 +81,8 @@ int reconstruct(Context& context, const Options& options) {
     return blame(options.input, [&] { return basis::fit(basis, samples, how); });
   }();
   const brdf::BrdfTable table = basis::expand(basis, fit.coefficients);
+  const quality::HomogeneityCheck even = quality::check_homogeneity(samples, fit.fitted_per_sr);
+  if (!even.passed) context.console.warn("uneven sample: " + to_text(even));
   nlohmann::ordered_json record = provenance("reconstruct");
   record["samples"] = samples.samples.size();
   if (std::filesystem::is_regular_file(options.input)) {
@@ -91,6 +95,10 @@ int reconstruct(Context& context, const Options& options) {
   record["method"] = options.method;
   record["eta"] = options.eta;
   record["kernel_share"] = fit.kernel_share;
+  if (even.applicable) {
+    record["unevenness_rms"] = even.rms;
+    record["unevenness_p"] = even.p_value;
+  }
   record["chi2_per_sample"] = fit.chi2_per_sample;
   record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
   brdf::write_merl(options.out, table, overwrite(options.force), json_line(record));

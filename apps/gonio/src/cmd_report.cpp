@@ -48,6 +48,7 @@ int make_report(Context& context, const Options& options) {
     data.samples = fitted_samples(reduction.samples, *fit);
   }
   data.checks = self_checks(*method.table, fit ? &*fit : nullptr);
+  if (fit) data.checks.push_back(evenness(reduction.samples, *fit));
   if (!options.reference.empty()) {
     data.truth = std::make_shared<brdf::BrdfTable>(load_table(named_material(options.reference)));
     method.comparison =

@@ -4,19 +4,11 @@
 #include "directions_input.h"
 #include "gonio/quality/synthetic_samples.h"
 #include "materials_input.h"
+#include "near_field_plan.h"
 #include "outputs.h"
 #include "patch_geometry.h"
 
 namespace gonio::cli {
-
-quality::PatchGeometry patch_of(const RigFile& rig) {
-  quality::PatchGeometry patch;
-  patch.half_width_mm = rig.reduction.sample_half_width_mm - rig.reduction.edge_margin_mm;
-  patch.grid = rig.reduction.grid;
-  patch.camera_distance_mm = rig.camera_distance();
-  patch.lamp_distance_mm = rig.lamp_distance();
-  return patch;
-}
 
 namespace {
 
@@ -25,6 +17,8 @@ struct Options {
   std::string directions;
   std::string out;
   std::string rig;
+  bool near_field = false;
+  NearFieldWords camera;
   double noise = 0.0;
   double angle_error_deg = 0.0;
   std::uint64_t seed = 1;
@@ -47,6 +41,10 @@ int sample(Context& context, const Options& options) {
   noise.relative = options.noise;
   noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);
   const samples::SampleSet set = blame(options.directions, [&] {
+    if (options.near_field) {
+      return quality::near_field_samples(*material.model, material.scale, directions,
+                                         near_field_setup(options.camera), noise, options.seed);
+    }
     return quality::synthetic_samples(*material.model, material.scale, directions, patch, noise,
                                       options.seed);
   });
@@ -69,6 +67,11 @@ void add_sample(const Command& root) {
   command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
                  "Standard deviation of the normal's tilt, degrees per axis");
   command.text("--rig", options->rig, "Sub-samples per pose, as this rig would see them");
+  command.flag("--near-field", options->near_field,
+               "The directions are centres of photographs taken from near");
+  command.number("--fov", options->camera.fov_deg, 1.0, 120.0, "Their field of view, degrees");
+  command.number("--sample-mm", options->camera.sample_mm, 0.0, 1e5,
+                 "Half width of the sample they show; 0: no edge in sight");
   command.seed(options->seed, "Of the noise");
   command.force(options->force);
   command.on_call(options, sample);

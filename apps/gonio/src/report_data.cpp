@@ -139,6 +139,23 @@ std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& sampl
   return fitted;
 }
 
+std::string to_text(const quality::HomogeneityCheck& check) {
+  return fmt::format(
+      "values differ by {:.1f} % rms between places of the sample in all {} poses alike; an even "
+      "one shows as much by chance in {:.1f} % of cases",
+      100.0 * check.rms, check.poses, 100.0 * check.p_value);
+}
+
+report::CheckResult evenness(const samples::SampleSet& samples, const basis::Fit& fit) {
+  using report::CheckStatus;
+  const quality::HomogeneityCheck check = quality::check_homogeneity(samples, fit.fitted_per_sr);
+  if (!check.applicable) {
+    return {"Even sample", CheckStatus::not_applicable,
+            "needs eight poses with several places of the sample each"};
+  }
+  return {"Even sample", check.passed ? CheckStatus::passed : CheckStatus::remark, to_text(check)};
+}
+
 std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const basis::Fit* fit) {
   using report::CheckStatus;
   std::vector<report::CheckResult> checks;

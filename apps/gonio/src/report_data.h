@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gonio/basis/reconstruct.h"
+#include "gonio/quality/homogeneity.h"
 #include "gonio/report/report.h"
 #include "session_run.h"
 
@@ -20,6 +21,12 @@ std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& sampl
                                                  const basis::Fit& fit);
 std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& samples,
                                                  const brdf::BrdfTable& table);
+
+/// "3.1 % rms between places of the sample, ...".
+std::string to_text(const quality::HomogeneityCheck& check);
+
+/// The same as a row of the page's checks.
+report::CheckResult evenness(const samples::SampleSet& samples, const basis::Fit& fit);
 
 /// Self-checks of a result: energy, and how well it explains its samples where a fit is given.
 std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const basis::Fit* fit);

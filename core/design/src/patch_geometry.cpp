@@ -58,9 +58,8 @@ std::vector<brdf::DirectionPair> patch_pairs(const brdf::HalfDiff& centre,
   for (int row = 0; row < patch.grid; ++row) {
     for (int column = 0; column < patch.grid; ++column) {
       const Eigen::Vector3d at(along(column), along(row), 0.0);
-      brdf::DirectionPair seen{(patch.lamp_distance_mm * pair.wi - at).normalized(),
-                               (patch.camera_distance_mm * pair.wo - at).normalized()};
-      if (seen.wi.z() > 0.0 && seen.wo.z() > 0.0) pairs.push_back(std::move(seen));
+      pairs.push_back({(patch.lamp_distance_mm * pair.wi - at).normalized(),
+                       (patch.camera_distance_mm * pair.wo - at).normalized()});
     }
   }
   return pairs;

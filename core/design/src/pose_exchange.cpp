@@ -1,12 +1,9 @@
 #include "gonio/design/pose_exchange.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <string>
 
-#include "gonio/brdf/merl_lattice.h"
-#include "gonio/parallel/parallel.h"
 #include "pose_pool.h"
 
 namespace gonio::design {
@@ -20,10 +17,6 @@ constexpr double kUsualSweeps = 4.0;
 constexpr int kRefineReach = 3;
 constexpr int kRefineRounds = 4;
 
-/// 90 sqrt(theta_h / 90 deg) and back.
-double spaced(Angle theta_h) { return 90.0 * std::sqrt(theta_h.degrees() / 90.0); }
-Angle unspaced(double t) { return Angle::from_degrees(t * t / 90.0); }
-
 std::vector<brdf::HalfDiff> even_selection(const std::vector<brdf::HalfDiff>& poses,
                                            std::size_t wanted) {
   if (poses.size() <= wanted) return poses;
@@ -34,29 +27,12 @@ std::vector<brdf::HalfDiff> even_selection(const std::vector<brdf::HalfDiff>& po
   return selection;
 }
 
-/// Positions around the chosen poses that may be taken.
 std::vector<brdf::HalfDiff> neighbours(const std::vector<PoseMember>& members, double step_deg,
-                                       const std::function<bool(const brdf::HalfDiff&)>& allowed) {
+                                       const AllowedPose& allowed) {
   std::vector<brdf::HalfDiff> found;
   for (const PoseMember& member : members) {
-    for (int a = -kRefineReach; a <= kRefineReach; ++a) {
-      for (int b = -kRefineReach; b <= kRefineReach; ++b) {
-        for (int c = -kRefineReach; c <= kRefineReach; ++c) {
-          const double t = spaced(member.pose.theta_h) + a * step_deg;
-          const double theta_d = member.pose.theta_d.degrees() + b * step_deg;
-          double phi_d = member.pose.phi_d.degrees() + c * step_deg;
-          if (t < 0.0 || t > 90.0 || theta_d < 0.0 || theta_d > 90.0) continue;
-          // By reciprocity phi_d has a period of 180 deg.
-          if (phi_d < 0.0) phi_d += 180.0;
-          if (phi_d >= 180.0) phi_d -= 180.0;
-          const brdf::HalfDiff pose{unspaced(t), Angle::from_degrees(theta_d),
-                                    Angle::from_degrees(phi_d), Angle()};
-          if (brdf::above_horizon(pose.theta_h, pose.theta_d, pose.phi_d) && allowed(pose)) {
-            found.push_back(pose);
-          }
-        }
-      }
-    }
+    const auto around = poses_around(member.pose, step_deg, kRefineReach, allowed);
+    found.insert(found.end(), around.begin(), around.end());
   }
   return found;
 }
@@ -68,33 +44,6 @@ void keep_best(std::vector<PoseTrial>& trials, std::size_t count) {
 }
 
 }  // namespace
-
-std::vector<brdf::HalfDiff> pose_grid(double step_deg,
-                                      const std::function<bool(const brdf::HalfDiff&)>& allowed) {
-  if (!(step_deg >= 0.5 && step_deg <= 45.0)) {
-    throw std::invalid_argument("pose grid: step is " + std::to_string(step_deg) +
-                                " deg, expected 0.5 to 45");
-  }
-  const auto along = [&](double range) { return static_cast<std::size_t>(range / step_deg); };
-  const auto angle = [&](std::size_t i) { return step_deg * (static_cast<double>(i) + 0.5); };
-  const std::size_t theta_h_count = along(90.0);
-  using Poses = std::vector<brdf::HalfDiff>;
-  return parallel::reduce_blocks(
-      0, theta_h_count, 1, Poses(),
-      [&](std::size_t i, std::size_t) {
-        Poses part;
-        for (std::size_t j = 0; j < along(90.0); ++j) {
-          for (std::size_t k = 0; k < along(180.0); ++k) {
-            const brdf::HalfDiff pose{unspaced(angle(i)), Angle::from_degrees(angle(j)),
-                                      Angle::from_degrees(angle(k)), Angle()};
-            if (!brdf::above_horizon(pose.theta_h, pose.theta_d, pose.phi_d)) continue;
-            if (!allowed || allowed(pose)) part.push_back(pose);
-          }
-        }
-        return part;
-      },
-      [](Poses& all, Poses&& part) { all.insert(all.end(), part.begin(), part.end()); });
-}
 
 void PoseDesignOptions::validate() const {
   const auto refuse = [](const std::string& why) {

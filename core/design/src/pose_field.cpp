@@ -1,7 +1,5 @@
 #include "pose_field.h"
 
-#include <cblas.h>
-
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -15,7 +13,7 @@ namespace {
 using lanes::kLanes;
 using lanes::triangle;
 
-constexpr std::size_t kBlockGroups = 32;  // 256 poses: 740 kB of rows at q = 9, k = 80
+constexpr std::size_t kBlockGroups = 32;  // 256 poses: 490 kB of rows at q = 6, k = 80
 constexpr float kNone = -std::numeric_limits<float>::infinity();
 
 std::size_t groups_of(std::size_t poses) { return (poses + kLanes - 1) / kLanes; }
@@ -38,14 +36,31 @@ Eigen::MatrixXd root_of(const Eigen::MatrixXd& matrix) {
   return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-/// out (count x columns, column-major) = rows (count x k, row-major) * vectors (k x columns).
-void multiply(const float* rows, std::size_t count, std::size_t k, const Eigen::MatrixXf& vectors,
-              float* out) {
-  cblas_sgemm(CblasColMajor, CblasTrans, CblasNoTrans, static_cast<int>(count),
-              static_cast<int>(vectors.cols()), static_cast<int>(k), 1.0F, rows,
-              static_cast<int>(k), vectors.data(), static_cast<int>(k), 0.0F, out,
-              static_cast<int>(count));
-}
+/// As lanes::multiply() wants them, with zero columns up to a whole number of tiles.
+class TiledVectors {
+ public:
+  TiledVectors(std::size_t rank, std::size_t k) : tile_(lanes::column_tile(rank)), k_(k) {}
+
+  void add(const Eigen::MatrixXd& vectors) {
+    for (Eigen::Index c = 0; c < vectors.cols(); ++c, ++columns_) {
+      const std::size_t start = columns_ / tile_ * tile_ * k_ + columns_ % tile_;
+      values_.resize((columns_ / tile_ + 1) * tile_ * k_);
+      for (std::size_t j = 0; j < k_; ++j) {
+        values_[start + j * tile_] = static_cast<float>(vectors(static_cast<Eigen::Index>(j), c));
+      }
+    }
+  }
+
+  /// Whole tiles.
+  std::size_t columns() const { return values_.size() / k_; }
+  const float* data() const { return values_.data(); }
+
+ private:
+  std::size_t tile_;
+  std::size_t k_;
+  std::size_t columns_ = 0;
+  std::vector<float> values_;
+};
 
 }  // namespace
 
@@ -70,81 +85,78 @@ PoseField::PoseField(std::size_t poses, std::size_t rank, Eigen::MatrixXd import
       gains_(groups_of(poses) * kLanes, kNone),
       block_best_((groups_of(poses) + kBlockGroups - 1) / kBlockGroups) {}
 
-std::size_t PoseField::row_start(std::size_t pose, std::size_t row) const {
-  return ((pose / kLanes * rank_ + row) * kLanes + pose % kLanes) * k_;
+/// Of row 0, component 0; a row is kLanes floats further, a component rank_ rows.
+std::size_t PoseField::first_entry(std::size_t pose) const {
+  return pose / kLanes * k_ * rank_ * kLanes + pose % kLanes;
 }
 
 void PoseField::set_rows(std::size_t pose, const Eigen::MatrixXd& rows) {
-  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    Eigen::Map<Eigen::RowVectorXf>(rows_.data() + row_start(pose, static_cast<std::size_t>(i)),
-                                   rows.cols()) = rows.row(i).cast<float>();
+  float* const first = rows_.data() + first_entry(pose);
+  for (std::size_t j = 0; j < k_; ++j) {
+    for (std::size_t i = 0; i < static_cast<std::size_t>(rows.rows()); ++i) {
+      first[(j * rank_ + i) * kLanes] =
+          static_cast<float>(rows(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)));
+    }
   }
 }
 
 Eigen::MatrixXd PoseField::rows(std::size_t pose) const {
+  const float* const first = rows_.data() + first_entry(pose);
   Eigen::MatrixXd rows(static_cast<Eigen::Index>(rank_), static_cast<Eigen::Index>(k_));
-  for (std::size_t i = 0; i < rank_; ++i) {
-    rows.row(static_cast<Eigen::Index>(i)) =
-        Eigen::Map<const Eigen::RowVectorXf>(rows_.data() + row_start(pose, i),
-                                             static_cast<Eigen::Index>(k_))
-            .cast<double>();
+  for (std::size_t j = 0; j < k_; ++j) {
+    for (std::size_t i = 0; i < rank_; ++i) {
+      rows(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          static_cast<double>(first[(j * rank_ + i) * kLanes]);
+    }
   }
   return rows;
 }
 
 void PoseField::reset(const Eigen::MatrixXd& open) {
   // As sums of squares V and W keep their digits where the samples have left little open.
-  const auto k = static_cast<Eigen::Index>(k_);
-  Eigen::MatrixXf roots(k, 2 * k);
-  roots << root_of(open).cast<float>(), (open * root_of(importance_)).cast<float>();
+  TiledVectors open_root(rank_, k_);
+  open_root.add(root_of(open));
+  TiledVectors importance_root(rank_, k_);
+  importance_root.add(open * root_of(importance_));
+  const std::size_t entries = triangle(rank_) * kLanes;
   parallel::for_each_block(
       0, groups_of(poses_), kBlockGroups, [&](std::size_t from, std::size_t to) {
-        const std::size_t group_rows = rank_ * kLanes;
-        const std::size_t count = (to - from) * group_rows;
-        std::vector<float> products(count * 2 * k_);
-        multiply(rows_.data() + from * group_rows * k_, count, k_, roots, products.data());
-        const std::size_t entries = triangle(rank_) * kLanes;
+        std::vector<float> products(rank_ * kLanes * open_root.columns());
         for (std::size_t group = from; group < to; ++group) {
-          const float* const at = products.data() + (group - from) * group_rows;
-          lanes::gram(rank_, at, count, k_, v_.data() + group * entries);
-          lanes::gram(rank_, at + k_ * count, count, k_, w_.data() + group * entries);
+          const float* const rows = rows_.data() + first_entry(group * kLanes);
+          const auto squares = [&](const TiledVectors& roots, float* out) {
+            lanes::multiply(rank_, rows, k_, roots.data(), roots.columns(), products.data());
+            lanes::gram(rank_, products.data(), roots.columns(), out);
+          };
+          squares(open_root, v_.data() + group * entries);
+          squares(importance_root, w_.data() + group * entries);
         }
       });
 }
 
 void PoseField::scan(const std::vector<PoseChange>& changes, const PoseChange* trial,
                      const std::vector<std::uint8_t>& allowed) {
-  const auto k = static_cast<Eigen::Index>(k_);
-  Eigen::Index columns = trial != nullptr ? trial->vectors.cols() : 0;
-  for (const PoseChange& change : changes) columns += change.vectors.cols();
-  Eigen::MatrixXf vectors(k, columns);
-  Eigen::Index filled = 0;
-  for (const PoseChange& change : changes) {
-    vectors.middleCols(filled, change.vectors.cols()) = change.vectors.cast<float>();
-    filled += change.vectors.cols();
-  }
-  if (trial != nullptr) vectors.rightCols(trial->vectors.cols()) = trial->vectors.cast<float>();
+  TiledVectors vectors(rank_, k_);
+  for (const PoseChange& change : changes) vectors.add(change.vectors);
+  if (trial != nullptr) vectors.add(trial->vectors);
+  const std::size_t entries = triangle(rank_) * kLanes;
 
   parallel::for_each_block(
       0, groups_of(poses_), kBlockGroups, [&](std::size_t from, std::size_t to) {
-        const std::size_t group_rows = rank_ * kLanes;
-        const std::size_t count = (to - from) * group_rows;
-        const std::size_t entries = triangle(rank_) * kLanes;
-        std::vector<float> products(count * static_cast<std::size_t>(columns));
-        if (columns > 0) {
-          multiply(rows_.data() + from * group_rows * k_, count, k_, vectors, products.data());
-        }
+        std::vector<float> products(rank_ * kLanes * vectors.columns());
         std::vector<float> tried_v(entries);
         std::vector<float> tried_w(entries);
         for (std::size_t group = from; group < to; ++group) {
-          const float* at = products.data() + (group - from) * group_rows;
+          lanes::multiply(rank_, rows_.data() + first_entry(group * kLanes), k_, vectors.data(),
+                          vectors.columns(), products.data());
+          const float* at = products.data();
           float* v = v_.data() + group * entries;
           float* w = w_.data() + group * entries;
           const auto apply = [&](const PoseChange& change) {
             const auto r = static_cast<std::size_t>(change.vectors.cols() / 2);
-            lanes::update(rank_, at, at + r * count, count, r, static_cast<float>(change.sign), v,
-                          w);
-            at += 2 * r * count;
+            const std::size_t half = r * rank_ * kLanes;
+            lanes::update(rank_, at, at + half, r, static_cast<float>(change.sign), v, w);
+            at += 2 * half;
           };
           for (const PoseChange& change : changes) apply(change);
           if (trial != nullptr) {

@@ -24,7 +24,7 @@ PoseChange dropping_pose(const Eigen::MatrixXd& rows, const Eigen::MatrixXd& ope
 /// change of M by a pose's worth updates V and W from the products of A with a few fixed vectors,
 /// one pass over the rows in single precision; decisions are confirmed in double by whoever asks.
 ///
-/// Memory   Per pose q (k + q + 1) floats, q padded to 1, 4 or 9.
+/// Memory   Per pose q (k + q + 1) floats, q padded to 1, 4 or 6.
 /// Threads  One at a time, but for set_rows() of different poses; the work inside is shared out
 ///          and the result does not depend on how many there are.
 class PoseField {
@@ -53,14 +53,14 @@ class PoseField {
   void dismiss(std::size_t pose);
 
  private:
-  std::size_t row_start(std::size_t pose, std::size_t row) const;
+  std::size_t first_entry(std::size_t pose) const;
   void find_block_best(std::size_t block);
 
   std::size_t poses_;
   std::size_t rank_;  ///< padded
   std::size_t k_;
   Eigen::MatrixXd importance_;
-  std::vector<float> rows_;  ///< group of lanes, row, lane: k floats each
+  std::vector<float> rows_;  ///< group, component, row, lane
   std::vector<float> v_;     ///< group, entry of the triangle, lane
   std::vector<float> w_;
   std::vector<float> gains_;  ///< padded to whole groups

@@ -27,7 +27,6 @@ void PoseNoise::validate() const {
 Eigen::MatrixXd pose_rows(const basis::BasisRows& rows, const brdf::HalfDiff& centre,
                           const PatchGeometry& patch, const PoseNoise& noise) {
   const std::vector<brdf::HalfDiff> directions = patch_directions(centre, patch);
-  if (directions.empty()) return Eigen::MatrixXd(0, rows.basis().components.cols());
   Eigen::MatrixXd a = rows_at(rows, directions);
   const double m = rows.basis().row_count();
   const double variance = noise.independent * noise.independent + noise.model_eta / m;

@@ -1,7 +1,6 @@
 #include "pose_lanes.h"
 
 #include <cmath>
-#include <cstring>
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #define GONIO_WITH_AVX2 1
@@ -29,6 +28,9 @@ GONIO_INLINE void store(float* to, const Vector& from) {
 GONIO_INLINE void add_product(Vector& sum, const Vector& a, const Vector& b) {
   for (std::size_t l = 0; l < kLanes; ++l) sum.lane[l] += a.lane[l] * b.lane[l];
 }
+GONIO_INLINE void add_scaled(Vector& sum, const Vector& a, float factor) {
+  for (std::size_t l = 0; l < kLanes; ++l) sum.lane[l] += a.lane[l] * factor;
+}
 GONIO_INLINE void subtract_product(Vector& sum, const Vector& a, const Vector& b) {
   for (std::size_t l = 0; l < kLanes; ++l) sum.lane[l] -= a.lane[l] * b.lane[l];
 }
@@ -36,12 +38,40 @@ GONIO_INLINE void scale(Vector& a, const Vector& b) {
   for (std::size_t l = 0; l < kLanes; ++l) a.lane[l] *= b.lane[l];
 }
 
+/// Rows that go with the columns of a tile: as many sums as there are registers for.
+constexpr std::size_t row_tile(std::size_t q) { return q == 6 ? 3 : q; }
+
 template <std::size_t q>
-GONIO_INLINE void gram_loop(const float* b, std::size_t stride, std::size_t columns, float* out) {
+GONIO_INLINE void multiply_loop(const float* rows, std::size_t k, const float* vectors,
+                                std::size_t columns, float* out) {
+  constexpr std::size_t kRows = row_tile(q);
+  constexpr std::size_t kColumns = column_tile(q);
+  for (std::size_t i = 0; i < q; i += kRows) {
+    for (std::size_t c = 0; c < columns; c += kColumns) {
+      Vector sums[kRows][kColumns] = {};
+      for (std::size_t j = 0; j < k; ++j) {
+        const float* const factors = vectors + c * k + j * kColumns;
+        for (std::size_t r = 0; r < kRows; ++r) {
+          Vector row;
+          load(row, rows + (j * q + i + r) * kLanes);
+          for (std::size_t t = 0; t < kColumns; ++t) add_scaled(sums[r][t], row, factors[t]);
+        }
+      }
+      for (std::size_t r = 0; r < kRows; ++r) {
+        for (std::size_t t = 0; t < kColumns; ++t) {
+          store(out + ((c + t) * q + i + r) * kLanes, sums[r][t]);
+        }
+      }
+    }
+  }
+}
+
+template <std::size_t q>
+GONIO_INLINE void gram_loop(const float* b, std::size_t columns, float* out) {
   for (std::size_t i = 0; i < q; ++i) {
     Vector sums[q] = {};
     for (std::size_t c = 0; c < columns; ++c) {
-      const float* const column = b + c * stride;
+      const float* const column = b + c * q * kLanes;
       Vector at_i;
       load(at_i, column + i * kLanes);
       for (std::size_t j = 0; j <= i; ++j) {
@@ -55,21 +85,21 @@ GONIO_INLINE void gram_loop(const float* b, std::size_t stride, std::size_t colu
 }
 
 template <std::size_t q>
-GONIO_INLINE void update_loop(const float* p1, const float* p2, std::size_t stride,
-                              std::size_t columns, float sign, float* v, float* w) {
+GONIO_INLINE void update_loop(const float* p1, const float* p2, std::size_t columns, float sign,
+                              float* v, float* w) {
   for (std::size_t i = 0; i < q; ++i) {
     Vector sums_v[q] = {};
     Vector sums_w[q] = {};
     for (std::size_t c = 0; c < columns; ++c) {
       Vector one_i;
       Vector two_i;
-      load(one_i, p1 + c * stride + i * kLanes);
-      load(two_i, p2 + c * stride + i * kLanes);
+      load(one_i, p1 + c * q * kLanes + i * kLanes);
+      load(two_i, p2 + c * q * kLanes + i * kLanes);
       for (std::size_t j = 0; j <= i; ++j) {
         Vector one_j;
         Vector two_j;
-        load(one_j, p1 + c * stride + j * kLanes);
-        load(two_j, p2 + c * stride + j * kLanes);
+        load(one_j, p1 + c * q * kLanes + j * kLanes);
+        load(two_j, p2 + c * q * kLanes + j * kLanes);
         add_product(sums_v[j], one_i, one_j);
         add_product(sums_w[j], one_i, two_j);
         add_product(sums_w[j], two_i, one_j);
@@ -142,58 +172,62 @@ GONIO_INLINE void gain_loop(const float* v, const float* w, float* gain) {
   store(gain, total);
 }
 
+#if GONIO_WITH_AVX2
 template <std::size_t q>
-struct Loops {
-#if GONIO_WITH_AVX2
-  GONIO_TARGET_AVX2 static void gram_avx2(const float* b, std::size_t stride, std::size_t columns,
-                                          float* out) {
-    gram_loop<q>(b, stride, columns, out);
-  }
-  GONIO_TARGET_AVX2 static void update_avx2(const float* p1, const float* p2, std::size_t stride,
-                                            std::size_t columns, float sign, float* v, float* w) {
-    update_loop<q>(p1, p2, stride, columns, sign, v, w);
-  }
-  GONIO_TARGET_AVX2 static void gain_avx2(const float* v, const float* w, float* gain) {
-    gain_loop<q>(v, w, gain);
-  }
-#endif
-};
-
-bool has_avx2() {
-#if GONIO_WITH_AVX2
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
-#else
-  return false;
-#endif
+GONIO_TARGET_AVX2 void multiply_avx2(const float* rows, std::size_t k, const float* vectors,
+                                     std::size_t columns, float* out) {
+  multiply_loop<q>(rows, k, vectors, columns, out);
+}
+template <std::size_t q>
+GONIO_TARGET_AVX2 void gram_avx2(const float* b, std::size_t columns, float* out) {
+  gram_loop<q>(b, columns, out);
+}
+template <std::size_t q>
+GONIO_TARGET_AVX2 void update_avx2(const float* p1, const float* p2, std::size_t columns,
+                                   float sign, float* v, float* w) {
+  update_loop<q>(p1, p2, columns, sign, v, w);
+}
+template <std::size_t q>
+GONIO_TARGET_AVX2 void gain_avx2(const float* v, const float* w, float* gain) {
+  gain_loop<q>(v, w, gain);
 }
 
-#if GONIO_WITH_AVX2
+bool has_avx2() {
+  static const bool has = __builtin_cpu_supports("avx2") != 0;
+  return has;
+}
 #define GONIO_DISPATCH(q, loop, ...) \
-  (has_avx2() ? Loops<q>::loop##_avx2(__VA_ARGS__) : loop##_loop<q>(__VA_ARGS__))
+  (has_avx2() ? loop##_avx2<q>(__VA_ARGS__) : loop##_loop<q>(__VA_ARGS__))
 #else
 #define GONIO_DISPATCH(q, loop, ...) loop##_loop<q>(__VA_ARGS__)
 #endif
 
 }  // namespace
 
-void gram(std::size_t q, const float* b, std::size_t stride, std::size_t columns, float* out) {
-  if (q == 1) return GONIO_DISPATCH(1, gram, b, stride, columns, out);
-  if (q == 4) return GONIO_DISPATCH(4, gram, b, stride, columns, out);
-  GONIO_DISPATCH(9, gram, b, stride, columns, out);
+void multiply(std::size_t q, const float* rows, std::size_t k, const float* vectors,
+              std::size_t columns, float* out) {
+  if (q == 1) return GONIO_DISPATCH(1, multiply, rows, k, vectors, columns, out);
+  if (q == 4) return GONIO_DISPATCH(4, multiply, rows, k, vectors, columns, out);
+  GONIO_DISPATCH(6, multiply, rows, k, vectors, columns, out);
 }
 
-void update(std::size_t q, const float* p1, const float* p2, std::size_t stride,
-            std::size_t columns, float sign, float* v, float* w) {
-  if (q == 1) return GONIO_DISPATCH(1, update, p1, p2, stride, columns, sign, v, w);
-  if (q == 4) return GONIO_DISPATCH(4, update, p1, p2, stride, columns, sign, v, w);
-  GONIO_DISPATCH(9, update, p1, p2, stride, columns, sign, v, w);
+void gram(std::size_t q, const float* b, std::size_t columns, float* out) {
+  if (q == 1) return GONIO_DISPATCH(1, gram, b, columns, out);
+  if (q == 4) return GONIO_DISPATCH(4, gram, b, columns, out);
+  GONIO_DISPATCH(6, gram, b, columns, out);
+}
+
+void update(std::size_t q, const float* p1, const float* p2, std::size_t columns, float sign,
+            float* v, float* w) {
+  if (q == 1) return GONIO_DISPATCH(1, update, p1, p2, columns, sign, v, w);
+  if (q == 4) return GONIO_DISPATCH(4, update, p1, p2, columns, sign, v, w);
+  GONIO_DISPATCH(6, update, p1, p2, columns, sign, v, w);
 }
 
 void gain(std::size_t q, const float* v, const float* w, float* result) {
   if (q == 1) return GONIO_DISPATCH(1, gain, v, w, result);
   if (q == 4) return GONIO_DISPATCH(4, gain, v, w, result);
-  GONIO_DISPATCH(9, gain, v, w, result);
+  GONIO_DISPATCH(6, gain, v, w, result);
 }
 
 }  // namespace gonio::design::lanes

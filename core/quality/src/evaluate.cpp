@@ -63,14 +63,12 @@ class Fold {
 
   std::vector<brdf::HalfDiff> directions_for(const Contender& contender) {
     if (!contender.directions.empty()) return contender.directions;
+    if (contender.near_field) return shots_for(contender);
     const PatchGeometry patch = contender.chosen_as_points ? PatchGeometry{} : contender.patch;
     auto& chosen =
         chosen_[{contender.sample_count, contender.leave_one_out_design, patch.half_width_mm,
                  patch.grid, patch.camera_distance_mm, patch.lamp_distance_mm}];
     if (chosen.empty()) {
-      if (importance_.size() == 0) {
-        importance_ = design::blended_importance(basis_, basis_.left_vectors, options_.importance);
-      }
       if (!patch.is_point()) return chosen = poses_for(contender);
       for (const std::uint32_t cell : points_for(contender)) {
         chosen.push_back(design::direction_of_basis_cell(cell));
@@ -86,30 +84,44 @@ class Fold {
   }
 
  private:
-  std::vector<brdf::HalfDiff> poses_for(const Contender& contender) const {
+  const Eigen::MatrixXd& importance() {
+    if (importance_.size() == 0) {
+      importance_ = design::blended_importance(basis_, basis_.left_vectors, options_.importance);
+    }
+    return importance_;
+  }
+
+  std::vector<brdf::HalfDiff> shots_for(const Contender& contender) {
+    design::NearFieldOptions settings = options_.shot_design;
+    settings.shots = contender.sample_count;
+    settings.seed = options_.seed;
+    return design::choose_shots(basis_, importance(), *contender.near_field, settings).shots;
+  }
+
+  std::vector<brdf::HalfDiff> poses_for(const Contender& contender) {
     const auto allowed = [&](const brdf::HalfDiff& pose) {
       return design::within(options_.limits, pose);
     };
     design::PoseDesignOptions settings = options_.pose_design;
     settings.pose_count = contender.sample_count;
     settings.seed = options_.seed;
-    return design::choose_poses(basis_, importance_,
+    return design::choose_poses(basis_, importance(),
                                 {design::pose_grid(kPoseStepDeg, allowed), allowed, {}},
                                 contender.patch.coarse(), settings)
         .poses;
   }
 
-  std::vector<std::uint32_t> points_for(const Contender& contender) const {
+  std::vector<std::uint32_t> points_for(const Contender& contender) {
     design::ExchangeOptions settings = options_.design;
     settings.sample_count = contender.sample_count;
     settings.seed = options_.seed;
     const std::vector<std::uint32_t> found =
-        design::exchange(basis_.components, importance_, candidates_, settings).cells;
+        design::exchange(basis_.components, importance(), candidates_, settings).cells;
     if (!contender.leave_one_out_design) return found;
     design::LeaveOneOutOptions refine = options_.leave_one_out;
     refine.eta = settings.eta;
     refine.seed = options_.seed;
-    return design::leave_one_out_exchange(basis_.components, basis_.left_vectors, importance_,
+    return design::leave_one_out_exchange(basis_.components, basis_.left_vectors, importance(),
                                           candidates_, found, refine)
         .cells;
   }
@@ -247,9 +259,14 @@ std::optional<std::vector<ContenderResult>> evaluate(
         for (int draw = 0; draw < options.draws; ++draw) {
           if (stop.stop_requested()) return std::nullopt;
           const Contender& contender = results[c].contender;
-          const samples::SampleSet samples = synthetic_samples(
-              model, set.scale(), directions[c], contender.patch, options.noise, options.seed,
-              material * static_cast<std::size_t>(options.draws) + static_cast<std::size_t>(draw));
+          const std::size_t stream =
+              material * static_cast<std::size_t>(options.draws) + static_cast<std::size_t>(draw);
+          const samples::SampleSet samples =
+              contender.near_field
+                  ? near_field_samples(model, set.scale(), directions[c], *contender.near_field,
+                                       options.noise, options.seed, stream)
+                  : synthetic_samples(model, set.scale(), directions[c], contender.patch,
+                                      options.noise, options.seed, stream);
           const basis::Fit fit = basis::fit(fold.basis(), samples, contender.reconstruct);
           draws.push_back(
               compare(known, basis::expand(fold.basis(), fit.coefficients), set.mapping()));

@@ -15,8 +15,7 @@ namespace {
 // Near the pole phi_d is hardly defined: an uncertainty beyond this says "anything" already.
 constexpr Angle kLargestPhiUncertainty = Angle::from_degrees(60.0);
 
-void check(std::span<const brdf::HalfDiff> directions, const PatchGeometry& patch,
-           const SyntheticNoise& noise) {
+void check(std::span<const brdf::HalfDiff> directions, const SyntheticNoise& noise) {
   if (directions.empty()) throw std::invalid_argument("synthetic samples: no directions");
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const brdf::HalfDiff& at = directions[i];
@@ -29,7 +28,6 @@ void check(std::span<const brdf::HalfDiff> directions, const PatchGeometry& patc
   if (bad(noise.relative) || bad(noise.common_relative) || bad(noise.normal_tilt.radians())) {
     throw std::invalid_argument("synthetic samples: noise must be finite and not negative");
   }
-  patch.validate();
 }
 
 brdf::DirectionPair tilted(const brdf::DirectionPair& pair, Angle about_x, Angle about_y) {
@@ -57,43 +55,90 @@ void set_angle_uncertainty(samples::Sample& sample, const brdf::DirectionPair& p
   sample.u_phi_d = std::min(Angle::from_radians(phi_d), kLargestPhiUncertainty);
 }
 
+/// One value of a pose.
+struct Glimpse {
+  brdf::HalfDiff direction;  ///< as the sample says it
+  brdf::DirectionPair pair;
+  int spot = -1;
+  double noise_share = 1.0;  ///< of noise.relative: a mean of pixels has less
+};
+
+/// Adds the samples of one pose.
+void add_pose(const brdf::BrdfModel& truth, const std::vector<Glimpse>& glimpses,
+              const SyntheticNoise& noise, int pose, random::Stream& draw,
+              samples::SampleSet& set) {
+  const auto normal3 = [&] {
+    const double r = draw.normal();
+    const double g = draw.normal();
+    return brdf::Rgb(r, g, draw.normal());
+  };
+  const Angle about_x = draw.normal() * noise.normal_tilt;
+  const Angle about_y = draw.normal() * noise.normal_tilt;
+  const brdf::Rgb common = 1.0 + noise.common_relative * normal3();
+  for (const Glimpse& glimpse : glimpses) {
+    const double relative = glimpse.noise_share * noise.relative;
+    const brdf::Rgb independent = 1.0 + relative * normal3();
+    samples::Sample sample;
+    sample.direction = glimpse.direction;
+    sample.value_per_sr =
+        truth.evaluate(tilted(glimpse.pair, about_x, about_y)) * common * independent;
+    sample.sigma_per_sr = relative * sample.value_per_sr.abs();
+    sample.u_common_per_sr = noise.common_relative * sample.value_per_sr.abs();
+    if (noise.normal_tilt > Angle()) {
+      set_angle_uncertainty(sample, glimpse.pair, noise.normal_tilt);
+    }
+    sample.pose = pose;
+    sample.spot = glimpse.spot;
+    set.samples.push_back(std::move(sample));
+  }
+}
+
 }  // namespace
 
 samples::SampleSet synthetic_samples(const brdf::BrdfModel& truth, brdf::RadiometricScale scale,
                                      std::span<const brdf::HalfDiff> directions,
                                      const PatchGeometry& patch, const SyntheticNoise& noise,
                                      std::uint64_t seed, std::uint64_t stream) {
-  check(directions, patch, noise);
+  check(directions, noise);
+  patch.validate();
   random::Stream draw(random::make_key(seed, "quality.synthetic_samples", stream));
-  const auto normal3 = [&] {
-    const double r = draw.normal();
-    const double g = draw.normal();
-    return brdf::Rgb(r, g, draw.normal());
-  };
-
   samples::SampleSet set;
   set.scale = scale;
   for (std::size_t i = 0; i < directions.size(); ++i) {
-    brdf::HalfDiff nominal = directions[i];
-    nominal.phi_h = Angle();
-    const Angle about_x = draw.normal() * noise.normal_tilt;
-    const Angle about_y = draw.normal() * noise.normal_tilt;
-    const brdf::Rgb common = 1.0 + noise.common_relative * normal3();
-    for (const brdf::DirectionPair& pair : design::patch_pairs(nominal, patch)) {
-      const brdf::Rgb independent = 1.0 + noise.relative * normal3();
-      samples::Sample sample;
-      sample.direction = nominal;
+    std::vector<Glimpse> glimpses;
+    for (const brdf::DirectionPair& pair : design::patch_pairs(directions[i], patch)) {
+      Glimpse glimpse{directions[i], pair, -1, 1.0};
       if (!patch.is_point()) {
-        sample.direction = brdf::half_diff_from_directions(pair);
-        sample.direction.phi_h = Angle();
+        glimpse.direction = brdf::half_diff_from_directions(pair);
+        glimpse.spot = static_cast<int>(glimpses.size());
       }
-      sample.value_per_sr = truth.evaluate(tilted(pair, about_x, about_y)) * common * independent;
-      sample.sigma_per_sr = noise.relative * sample.value_per_sr.abs();
-      sample.u_common_per_sr = noise.common_relative * sample.value_per_sr.abs();
-      if (noise.normal_tilt > Angle()) set_angle_uncertainty(sample, pair, noise.normal_tilt);
-      sample.pose = static_cast<int>(i);
-      set.samples.push_back(std::move(sample));
+      glimpse.direction.phi_h = Angle();
+      glimpses.push_back(std::move(glimpse));
     }
+    add_pose(truth, glimpses, noise, static_cast<int>(i), draw, set);
+  }
+  return set;
+}
+
+samples::SampleSet near_field_samples(const brdf::BrdfModel& truth, brdf::RadiometricScale scale,
+                                      std::span<const brdf::HalfDiff> shots,
+                                      const design::NearFieldSetup& setup,
+                                      const SyntheticNoise& noise, std::uint64_t seed,
+                                      std::uint64_t stream) {
+  check(shots, noise);
+  random::Stream draw(random::make_key(seed, "quality.near_field_samples", stream));
+  samples::SampleSet set;
+  set.scale = scale;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    std::vector<Glimpse> glimpses;
+    for (const design::NearFieldBin& bin : design::near_field_view(shots[i], setup).bins) {
+      glimpses.push_back({bin.direction, brdf::directions_from_half_diff(bin.direction), -1,
+                          1.0 / std::sqrt(static_cast<double>(bin.pixels))});
+    }
+    add_pose(truth, glimpses, noise, static_cast<int>(i), draw, set);
+  }
+  if (set.samples.empty()) {
+    throw std::invalid_argument("near field: no pixel of any shot is usable");
   }
   return set;
 }

@@ -17,6 +17,7 @@ inline constexpr ColumnNames kCommonColumns{"u_common_r", "u_common_g", "u_commo
 inline constexpr ColumnNames kAngleColumns{"u_theta_h_deg", "u_theta_d_deg", "u_phi_d_deg"};
 inline constexpr std::string_view kKernelColumn = "kernel_deg";
 inline constexpr std::string_view kPoseColumn = "pose";
+inline constexpr std::string_view kSpotColumn = "spot";
 inline constexpr std::string_view kFlagsColumn = "flags";
 
 /// The three angles of a row, range-checked. `columns` tells where they stand.

@@ -53,6 +53,7 @@ struct Layout {
   std::optional<Triple> angle;
   std::optional<std::size_t> kernel;
   std::optional<std::size_t> pose;
+  std::optional<std::size_t> spot;
   std::optional<std::size_t> flags;
   std::vector<std::size_t> extra;
 };
@@ -66,6 +67,7 @@ Layout layout_of(const CsvReader& reader) {
                 triple(reader, kAngleColumns, false, known),
                 single(reader, kKernelColumn, known),
                 single(reader, kPoseColumn, known),
+                single(reader, kSpotColumn, known),
                 single(reader, kFlagsColumn, known),
                 {}};
   for (std::size_t i = 0; i < reader.header().size(); ++i) {
@@ -99,10 +101,13 @@ Sample sample_of(const CsvReader& reader, const CsvRow& row, const Layout& layou
     sample.u_phi_d = non_negative_angle(reader, row, (*layout.angle)[2]);
   }
   if (layout.kernel) sample.kernel = non_negative_angle(reader, row, *layout.kernel);
-  if (layout.pose && !row.cells[*layout.pose].empty()) {
-    sample.pose = static_cast<int>(
-        reader.integer_within(row, *layout.pose, -1, std::numeric_limits<int>::max()));
-  }
+  const auto number = [&](const std::optional<std::size_t>& column) {
+    if (!column || row.cells[*column].empty()) return -1;
+    return static_cast<int>(
+        reader.integer_within(row, *column, -1, std::numeric_limits<int>::max()));
+  };
+  sample.pose = number(layout.pose);
+  sample.spot = number(layout.spot);
   if (layout.flags) sample.flags = row.cells[*layout.flags];
   sample.extra.reserve(layout.extra.size());
   for (const std::size_t column : layout.extra) sample.extra.push_back(row.cells[column]);

@@ -14,6 +14,7 @@ struct Used {
   bool angle = false;
   bool kernel = false;
   bool pose = false;
+  bool spot = false;
   bool flags = false;
 };
 
@@ -25,6 +26,7 @@ Used used_by(const std::vector<Sample>& samples) {
     used.angle |= s.u_theta_h != Angle() || s.u_theta_d != Angle() || s.u_phi_d != Angle();
     used.kernel |= s.kernel != Angle();
     used.pose |= s.pose != -1;
+    used.spot |= s.spot != -1;
     used.flags |= !s.flags.empty();
   }
   return used;
@@ -52,6 +54,7 @@ std::string fault_of(const Sample& s, std::size_t extra_columns) {
     if (!within(u, 0.0, 360.0)) return "angle uncertainty or kernel is negative or too large";
   }
   if (s.pose < -1) return "pose id below -1";
+  if (s.spot < -1) return "spot number below -1";
   if (!s.extra.empty() && s.extra.size() != extra_columns) {
     return "has " + std::to_string(s.extra.size()) + " extra cells for " +
            std::to_string(extra_columns) + " extra columns";
@@ -81,6 +84,7 @@ std::string header_of(const SampleSet& set, const Used& used) {
   if (used.angle) append(line, kAngleColumns);
   if (used.kernel) append(line, std::string(kKernelColumn));
   if (used.pose) append(line, std::string(kPoseColumn));
+  if (used.spot) append(line, std::string(kSpotColumn));
   if (used.flags) append(line, std::string(kFlagsColumn));
   for (const std::string& name : set.extra_columns) append(line, csv_cell(name));
   return line;
@@ -99,6 +103,7 @@ std::string row_of(const Sample& s, const Used& used, std::size_t extra_columns)
   }
   if (used.kernel) append(line, csv_degrees(s.kernel));
   if (used.pose) append(line, std::to_string(s.pose));
+  if (used.spot) append(line, std::to_string(s.spot));
   if (used.flags) append(line, csv_cell(s.flags));
   for (std::size_t i = 0; i < extra_columns; ++i) {
     append(line, s.extra.empty() ? std::string() : csv_cell(s.extra[i]));

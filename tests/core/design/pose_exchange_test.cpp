@@ -10,11 +10,10 @@
 
 #include <set>
 
-#include "gonio/brdf/merl_lattice.h"
 #include "gonio/design/criteria.h"
 #include "gonio/design/exchange.h"
 #include "gonio/parallel/parallel.h"
-#include "gonio/random/stream.h"
+#include "wavy_basis.h"
 
 namespace gonio::design {
 namespace {
@@ -29,47 +28,6 @@ using ::testing::ThrowsMessage;
 // to about 1e-5 of the criterion: a fixpoint may miss that much.
 constexpr double kFixpoint = 5e-5;
 constexpr double kRounding = 1e-9;
-constexpr int kComponents = 6;
-
-/// A made-up basis over the whole lattice: waves of the angles, amplitudes falling as singular
-/// values do, so that neighbouring directions tell similar things.
-const basis::Basis& wavy_basis() {
-  static const basis::Basis basis = [] {
-    const auto& cells = brdf::lattice::cells_above_horizon();
-    basis::Basis made;
-    made.materials.resize(10);
-    made.mean = Eigen::VectorXf::Zero(static_cast<Eigen::Index>(cells.size()));
-    made.components.resize(made.mean.size(), kComponents);
-    made.singular_values = Eigen::VectorXd::Ones(29);
-    random::Stream draw(random::make_key(5, "test.wavy_basis"));
-    Eigen::MatrixXd waves(kComponents, 4);
-    for (Eigen::Index j = 0; j < kComponents; ++j) {
-      for (Eigen::Index c = 0; c < 4; ++c) waves(j, c) = 6.0 * draw.uniform();
-    }
-    parallel::for_each_block(0, cells.size(), 4096, [&](std::size_t from, std::size_t to) {
-      for (std::size_t i = from; i < to; ++i) {
-        const HalfDiff at = brdf::lattice::angles_of(brdf::lattice::index_from_cell(cells[i]));
-        const double t = std::sqrt(at.theta_h.radians());
-        for (Eigen::Index j = 0; j < kComponents; ++j) {
-          made.components(static_cast<Eigen::Index>(i), j) = static_cast<float>(
-              5.0 * std::pow(0.7, static_cast<double>(j)) *
-              std::sin(waves(j, 0) * t + waves(j, 1) * at.theta_d.radians() +
-                       waves(j, 2) * std::cos(2.0 * at.phi_d.radians()) + waves(j, 3)));
-        }
-      }
-    });
-    return made;
-  }();
-  return basis;
-}
-
-const Eigen::MatrixXd& importance() {
-  static const Eigen::MatrixXd matrix = [] {
-    const Eigen::MatrixXd q = wavy_basis().components.topRows(20000).cast<double>();
-    return Eigen::MatrixXd(q.transpose() * q / 20000.0);
-  }();
-  return matrix;
-}
 
 bool anywhere_above_80_deg(const HalfDiff& pose) { return within(DirectionLimits{}, pose); }
 
@@ -151,15 +109,11 @@ TEST(PatchGeometry, CoarseKeepsTheOutermostDirections) {
   EXPECT_TRUE(PatchGeometry{}.coarse().is_point());
 }
 
-TEST(PatchGeometry, LeavesOutWhatIsBelowTheHorizon) {
-  // theta_o = 80 deg; the far edge of a wide sample sees the camera below the horizon never, but a
-  // sample as wide as the camera is far lies behind it.
-  const HalfDiff pose{Angle::from_degrees(0), Angle::from_degrees(80), Angle::from_degrees(0), {}};
-  PatchGeometry wide = PatchGeometry::of_half_width(0.0);
-  wide.half_width_mm = 400.0;
-  for (const brdf::DirectionPair& pair : patch_pairs(pose, wide)) {
-    EXPECT_GT(pair.wi.z(), 0.0);
-    EXPECT_GT(pair.wo.z(), 0.0);
+TEST(PatchGeometry, StaysAboveTheHorizonHoweverWide) {
+  const HalfDiff pose{Angle(), Angle::from_degrees(80), Angle(), {}};
+  const std::vector<HalfDiff> seen = patch_directions(pose, PatchGeometry::of_half_width(900.0));
+  for (const HalfDiff& each : seen) {
+    EXPECT_TRUE(brdf::above_horizon(each.theta_h, each.theta_d, each.phi_d));
   }
 }
 

@@ -47,6 +47,7 @@ SampleSet random_samples() {
     s.u_phi_d = Angle::from_degrees(unit(generator));
     s.kernel = Angle::from_degrees(unit(generator));
     s.pose = i / 9;
+    s.spot = i % 9;
     s.flags = i % 3 == 0 ? "saturated;clipped" : "";
     s.extra = {"say \"" + std::to_string(i) + "\", twice", std::to_string(i)};
     set.samples.push_back(s);
@@ -83,6 +84,7 @@ TEST_F(WriteSamples, ReadsBackToTheLastBit) {
     EXPECT_EQ(a.u_phi_d, b.u_phi_d);
     EXPECT_EQ(a.kernel, b.kernel);
     EXPECT_EQ(a.pose, b.pose);
+    EXPECT_EQ(a.spot, b.spot);
     EXPECT_EQ(a.flags, b.flags);
     EXPECT_EQ(a.extra, b.extra);
   }

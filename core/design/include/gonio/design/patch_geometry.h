@@ -25,7 +25,7 @@ struct PatchGeometry {
   PatchGeometry coarse() const;
 
   bool is_point() const { return half_width_mm == 0.0; }
-  /// Sub-samples of a frame whose squares are all above the horizon.
+  /// Of a frame.
   int sub_samples() const { return is_point() ? 1 : grid * grid; }
 
   /// Throws std::invalid_argument: a width that is negative or not finite, a grid outside 1 to 99,
@@ -34,14 +34,15 @@ struct PatchGeometry {
 };
 
 /// Directions of the sub-samples of a pose whose centre sees `centre` (phi_h is ignored), row by
-/// row; those below the horizon are left out.
+/// row: the number in the list is the sub-sample's spot. All are above the horizon when the centre
+/// is: camera and lamp stand above the sample's plane.
 ///
 /// Frame    Sample frame with the half vector of the centre in the x-z plane; the squares lie along
 ///          x and y. Camera and lamp at their distances from the centre, along its wo and wi.
 std::vector<brdf::DirectionPair> patch_pairs(const brdf::HalfDiff& centre,
                                              const PatchGeometry& patch);
 
-/// The same as half/difference angles, phi_h = 0.
+/// Their directions as half/difference angles, phi_h = 0.
 std::vector<brdf::HalfDiff> patch_directions(const brdf::HalfDiff& centre,
                                              const PatchGeometry& patch);
 

@@ -9,6 +9,7 @@
 #include "gonio/basis/basis.h"
 #include "gonio/design/candidates.h"
 #include "gonio/design/patch_geometry.h"
+#include "gonio/design/pose_grid.h"
 #include "gonio/design/pose_information.h"
 #include "gonio/design/search.h"
 
@@ -23,21 +24,15 @@ namespace gonio::design {
 ///            calling thread, for rigs whose inverse kinematics is numeric. Empty accepts all.
 struct PoseCandidates {
   std::vector<brdf::HalfDiff> poses;
-  std::function<bool(const brdf::HalfDiff&)> allowed;
+  AllowedPose allowed;
   std::function<bool(const brdf::HalfDiff&)> accept;
 };
-
-/// Every direction of an even grid that is above the horizon and allowed: `step_deg` apart in
-/// theta_d and phi_d and in 90 sqrt(theta_h / 90 deg), the lattice's own spacing.
-/// Throws std::invalid_argument unless the step is in [0.5, 45] deg.
-std::vector<brdf::HalfDiff> pose_grid(double step_deg,
-                                      const std::function<bool(const brdf::HalfDiff&)>& allowed);
 
 struct PoseDesignOptions {
   int pose_count = 10;
   PoseNoise noise;
   int starts = 12;  ///< >= 1; the first is greedy, the others begin at random
-  std::size_t start_candidates = 1 << 13;  ///< the starts search an even selection this large
+  std::size_t start_candidates = 1 << 12;  ///< the starts search an even selection this large
   int polished = 2;                        ///< how many of them go on over all poses
   double refine_step_deg = 0.5;            ///< between the grid's poses; 0: not refined
   std::uint64_t seed = 1;
@@ -62,9 +57,10 @@ struct PoseDesign {
 ///
 /// `importance`  k x k, positive semidefinite: importance_matrix(), or any other Gram matrix of
 ///               what an error of the coefficients costs.
-/// A patch of more than nine sub-samples is searched by the nine strongest combinations of them;
-/// the value is that of all.
-/// Memory        Per candidate 400 bytes at k = 1, 3.3 kB at k = 80, for a patch of nine.
+/// Patches       A patch is small: what it shows is nearly a quadratic function of the position, so
+///               it is searched by the six strongest combinations of its sub-samples. The value is
+///               that of all.
+/// Memory        Per candidate 2.1 kB at k = 80, for a patch.
 /// Stop          Between trials: the best whole design so far, at the least the greedy one of the
 ///               selection.
 /// Determinism   The same bytes for the same seed, whatever the number of threads.

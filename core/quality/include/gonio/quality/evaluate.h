@@ -28,6 +28,8 @@ struct Contender {
   std::vector<brdf::HalfDiff> directions;
   basis::ReconstructOptions reconstruct;
   PatchGeometry patch;
+  /// Given: `sample_count` shots of a near field, chosen or given, instead of poses.
+  std::optional<design::NearFieldSetup> near_field;
   /// Chosen poses of patches: by the directions of their centres alone, for comparison.
   bool chosen_as_points = false;
   /// Refine directions chosen as points by leave_one_out_exchange().
@@ -47,6 +49,7 @@ struct EvaluateOptions {
   /// Of contenders that measure patches: their poses are chosen for all that a frame shows. But for
   /// pose_count and seed.
   design::PoseDesignOptions pose_design;
+  design::NearFieldOptions shot_design;  ///< of near-field contenders; but for shots and seed
   design::ImportanceBlend importance;  ///< of errors when directions are chosen
   design::DirectionLimits limits;      ///< of directions chosen here
   SyntheticNoise noise;
