@@ -98,6 +98,52 @@ TEST_F(Workflow, AddsMaterialsToABasisWithoutTheOldOnes) {
   EXPECT_THAT(folder.read("list-of-more.csv"), HasSubstr("(12 materials)"));
 }
 
+TEST_F(Workflow, WritesBandsBesideAResultAndSaysWhetherToTrustIt) {
+  train();
+  run({"sample", "builtin:pink-polypropylene", "--directions", "list.csv", "--noise", "0.01",
+       "--out", "samples.csv"});
+  const std::vector<std::string> fit{"reconstruct", "samples.csv",  "--basis", "basis.h5",
+                                     "--out",       "found.binary", "--json"};
+  const auto verdict = nlohmann::json::parse(run(fit).out);
+  EXPECT_TRUE(verdict["trusted"].get<bool>());
+  const std::string bands = folder.read("found.uncertainty.h5");
+  EXPECT_THAT(bands, testing::StartsWith("\x89HDF"));
+  const auto sidecar = nlohmann::json::parse(folder.read("found.json"));
+  EXPECT_EQ(sidecar["provenance"]["verdict"], verdict);
+  EXPECT_THAT(bands, HasSubstr(sidecar["binary_sha256"].get<std::string>()));
+
+  // Bands of an earlier result are an output like any other, and never stay beside another.
+  std::filesystem::remove(folder.path() / "found.binary");
+  std::filesystem::remove(folder.path() / "found.json");
+  EXPECT_THAT(run(fit, 2).error, HasSubstr("found.uncertainty.h5"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "found.binary"));
+  std::vector<std::string> ridge = fit;
+  ridge.insert(ridge.end(), {"--method", "ridge", "--force"});
+  run(ridge);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "found.uncertainty.h5"));
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "found.binary"));
+}
+
+TEST_F(Workflow, EndsWithFiveWhenAResultIsNotToBeTrusted) {
+  train();
+  // Values that no material of the ten comes near: dark at the peak, bright beside it.
+  folder.write("samples.csv",
+               "# radiometric_scale = si\n"
+               "theta_h_deg,theta_d_deg,phi_d_deg,r,g,b,sigma_r,sigma_g,sigma_b\n"
+               "0.5,12,28,0.001,0.02,0.9,0.0001,0.0001,0.001\n"
+               "39,60,89,3,0.001,0.01,0.01,0.0001,0.001\n"
+               "15,30,130,0.002,2,0.001,0.0001,0.01,0.0001\n"
+               "2,60,180,0.9,0.002,0.003,0.001,0.0001,0.0001\n"
+               "20,20,60,0.001,0.001,3,0.0001,0.0001,0.01\n");
+  const Ended ended =
+      run({"reconstruct", "samples.csv", "--basis", "basis.h5", "--out", "found.binary"}, 5);
+  EXPECT_THAT(ended.out, testing::StartsWith("do not trust: "));
+  EXPECT_EQ(std::count(ended.out.begin(), ended.out.end(), '\n'), 1);
+  // The result is whole all the same.
+  run({"compare", "builtin:red-pmma", "found.binary"});
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "found.uncertainty.h5"));
+}
+
 TEST_F(Workflow, GivesTheSameBytesWithOneAndTwoThreads) {
   train();
   for (const std::string n : {"1", "2"}) {

@@ -209,6 +209,7 @@ class Demo {
                      result.points.comparison},
                     {"Published method", "the same points, eta = 40, k = n", result.published.table,
                      result.published.comparison}};
+    add_trust(basis, patches.samples, result.ours.fit, data.methods.front(), data);
     data.provenance.push_back({"Basis fingerprint", basis_fingerprint(basis)});
     report::write_report(folder / "report.html", data);
     return result;

@@ -8,6 +8,7 @@
 #include "directions_input.h"
 #include "gonio/design/published_sets.h"
 #include "gonio/quality/evaluate.h"
+#include "gonio/quality/verdict.h"
 #include "gonio/rig/kinematics.h"
 #include "gonio/samples/csv.h"
 #include "json_text.h"
@@ -35,6 +36,7 @@ struct Options {
   std::uint64_t seed = 1;
   std::string weights = kDefaultWeights;
   bool leave_one_out = false;
+  bool trust = false;
   bool json = false;
 };
 
@@ -78,6 +80,39 @@ nlohmann::ordered_json summary_json(const quality::Summary& summary) {
           {"median", summary.median},
           {"p10", summary.tenth_percentile},
           {"p90", summary.ninetieth_percentile}};
+}
+
+/// How true bands and verdicts of a contender were; empty when they were not asked for.
+std::string trust_text(const quality::ContenderResult& result) {
+  double in_68 = 0.0;
+  double in_95 = 0.0;
+  int count = 0;
+  int below = 0;
+  int failed = 0;
+  int flagged = 0;
+  int false_alarms = 0;
+  std::vector<std::pair<double, bool>> expectations;
+  for (const quality::MaterialScore& score : result.scores) {
+    if (!score.trust) continue;
+    ++count;
+    in_68 += score.trust->coverage.in_68;
+    in_95 += score.trust->coverage.in_95;
+    if (score.trust->coverage.in_95 < 0.9) ++below;
+    const bool bad = score.errors.lighting_a.psnr_db < quality::kUsablePsnr_db;
+    failed += bad ? 1 : 0;
+    flagged += bad && !score.trust->trusted ? 1 : 0;
+    false_alarms += !bad && !score.trust->trusted ? 1 : 0;
+    if (score.trust->expected_psnr_db)
+      expectations.emplace_back(*score.trust->expected_psnr_db, bad);
+  }
+  if (count == 0) return {};
+  return fmt::format(
+      "{}: bands hold {:.1f} % (68), {:.1f} % (95), {} of {} materials below 90 %; verdict: {} of "
+      "{} "
+      "below {:.0f} dB flagged, {} of {} others, area under ROC {:.3f}\n",
+      result.contender.label, 100.0 * in_68 / count, 100.0 * in_95 / count, below, count, flagged,
+      failed, quality::kUsablePsnr_db, false_alarms, count - failed,
+      quality::area_under_roc(expectations));
 }
 
 int evaluate(Context& context, const Options& options) {
@@ -141,6 +176,7 @@ int evaluate(Context& context, const Options& options) {
   how.noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);
   how.seed = options.seed;
   how.importance = importance_blend(options.weights);
+  how.trust = options.trust;
   if (!options.siblings.empty()) how.groups = groups_from(options.siblings, set);
   try {
     how.validate(set.material_count());
@@ -165,13 +201,22 @@ int evaluate(Context& context, const Options& options) {
     for (const quality::ContenderResult& result : *results) {
       nlohmann::ordered_json materials = nlohmann::ordered_json::array();
       for (const quality::MaterialScore& score : result.scores) {
-        materials.push_back({{"material", set.materials()[score.material].name},
-                             {"fold", score.fold},
-                             {"psnr_a_db", score.errors.lighting_a.psnr_db},
-                             {"psnr_b_db", score.errors.lighting_b.psnr_db},
-                             {"weighted_log_rmse", score.errors.lattice.weighted_log_rmse},
-                             {"grazing_log_rmse", score.errors.lattice.grazing_log_rmse},
-                             {"raw_rmse_per_sr", score.errors.lattice.raw_rmse_per_sr}});
+        nlohmann::ordered_json one = {{"material", set.materials()[score.material].name},
+                                      {"fold", score.fold},
+                                      {"psnr_a_db", score.errors.lighting_a.psnr_db},
+                                      {"psnr_b_db", score.errors.lighting_b.psnr_db},
+                                      {"weighted_log_rmse", score.errors.lattice.weighted_log_rmse},
+                                      {"grazing_log_rmse", score.errors.lattice.grazing_log_rmse},
+                                      {"raw_rmse_per_sr", score.errors.lattice.raw_rmse_per_sr}};
+        if (score.trust) {
+          one["coverage_68"] = score.trust->coverage.in_68;
+          one["coverage_95"] = score.trust->coverage.in_95;
+          one["expected_psnr_db"] = score.trust->expected_psnr_db
+                                        ? nlohmann::ordered_json(*score.trust->expected_psnr_db)
+                                        : nlohmann::ordered_json(nullptr);
+          one["trusted"] = score.trust->trusted;
+        }
+        materials.push_back(std::move(one));
       }
       list.push_back({{"method", result.contender.label},
                       {"samples", result.contender.sample_count},
@@ -198,6 +243,7 @@ int evaluate(Context& context, const Options& options) {
                         result.psnr_b_db().mean, result.weighted_log_rmse().mean,
                         result.grazing_log_rmse().mean, result.mean_delta_e().mean);
   }
+  for (const quality::ContenderResult& result : *results) text += trust_text(result);
   context.console.result(text);
   return kSuccess;
 }
@@ -234,6 +280,8 @@ void add_evaluate(const Command& root) {
   command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
                  "Standard deviation of the normal's tilt, degrees per axis");
   command.seed(options->seed, "Of search and noise");
+  command.flag("--trust", options->trust,
+               "Also how often bands hold the truth and whether failures were flagged");
   command.flag("--json", options->json, "Print JSON");
   command.on_call(options, evaluate);
 }

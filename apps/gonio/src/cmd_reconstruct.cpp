@@ -1,19 +1,23 @@
 #include <fmt/format.h>
 
 #include <charconv>
+#include <optional>
 
 #include "command.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
+#include "gonio/basis/uncertainty_file.h"
 #include "gonio/brdf/merl_file.h"
 #include "gonio/quality/homogeneity.h"
+#include "gonio/quality/verdict.h"
 #include "json_text.h"
 #include "outputs.h"
 #include "provenance.h"
 #include "report_data.h"
 #include "samples_input.h"
 #include "session_run.h"
+#include "verdict_json.h"
 
 namespace gonio::cli {
 
@@ -64,12 +68,17 @@ struct Options {
   std::string out;
   std::string method = "auto";
   std::string eta = "auto";
+  bool no_bands = false;
+  bool json = false;
   bool force = false;
 };
 
 int reconstruct(Context& context, const Options& options) {
   const basis::ReconstructOptions how = reconstruct_options(options.method, options.eta);
+  const std::filesystem::path bands_path = basis::uncertainty_path(options.out);
   require_output(options.out, options.force, {options.input, options.basis});
+  // Also without bands: those of another result must not stay beside this one.
+  require_output(bands_path.string(), options.force, {options.input, options.basis});
   const samples::SampleSet samples = samples_input(context.console, options.input);
   const basis::Basis basis = [&] {
     const PhaseTimer timer(context.console, "reading the basis");
@@ -83,6 +92,16 @@ int reconstruct(Context& context, const Options& options) {
   const brdf::BrdfTable table = basis::expand(basis, fit.coefficients);
   const quality::HomogeneityCheck even = quality::check_homogeneity(samples, fit.fitted_per_sr);
   if (!even.passed) context.console.warn("uneven sample: " + to_text(even));
+  const bool has_bands = fit.left_out_residuals.size() > 0 && basis.materials.size() >= 3;
+  std::optional<basis::Uncertainty> bands;
+  if (has_bands && !options.no_bands) {
+    const PhaseTimer timer(context.console, "uncertainty bands");
+    bands = basis::uncertainty(basis, fit);
+  }
+  const quality::Verdict verdict = [&] {
+    const PhaseTimer timer(context.console, "verdict");
+    return quality::judge(basis, samples, fit, table, bands ? &*bands : nullptr);
+  }();
   nlohmann::ordered_json record = provenance("reconstruct");
   record["samples"] = samples.samples.size();
   if (std::filesystem::is_regular_file(options.input)) {
@@ -101,20 +120,30 @@ int reconstruct(Context& context, const Options& options) {
   }
   record["chi2_per_sample"] = fit.chi2_per_sample;
   record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
+  record["verdict"] = verdict_json(verdict);
+  if (options.force) std::filesystem::remove(bands_path);
   brdf::write_merl(options.out, table, overwrite(options.force), json_line(record));
+  if (bands) {
+    const PhaseTimer timer(context.console, "writing the bands");
+    const auto sidecar = brdf::read_merl_sidecar(options.out);
+    basis::write_uncertainty(bands_path, basis, fit, *bands, sidecar->binary_sha256,
+                             overwrite(options.force));
+  }
   context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2f}, innovation {:.2f}",
                                   options.out, samples.samples.size(), fit.chi2_per_sample,
                                   fit.innovation_chi2_per_sample));
-  return kSuccess;
+  context.console.result(options.json ? json_text(verdict_json(verdict)) : verdict.line + "\n");
+  return verdict.trusted ? kSuccess : kDoNotTrust;
 }
 
 }  // namespace
 
 void add_reconstruct(const Command& root) {
   auto options = std::make_shared<Options>();
-  const Command command =
-      root.add("reconstruct", "Fit a BRDF to samples; writes X.binary and X.json",
-               "gonio reconstruct session --basis basis.h5 --out found.binary");
+  const Command command = root.add(
+      "reconstruct",
+      "Fit a BRDF to samples; writes X.binary, X.json and X.uncertainty.h5, ends with a verdict",
+      "gonio reconstruct session --basis basis.h5 --out found.binary");
   command.text("SESSION_OR_SAMPLES", options->input, "Session archive or samples.csv",
                Need::required);
   command.text("--basis", options->basis, "Basis file", Need::required);
@@ -123,6 +152,9 @@ void add_reconstruct(const Command& root) {
                  "How to fit; auto weighs ridge and kernels by evidence, nielsen is as published");
   command.text("--eta", options->eta,
                "Ridge parameter: auto (from the samples' noise) or a number");
+  command.flag("--no-bands", options->no_bands,
+               "Do not write X.uncertainty.h5 (70 MB); ridge and nielsen never do");
+  command.flag("--json", options->json, "Print the verdict as JSON");
   command.force(options->force);
   command.on_call(options, reconstruct);
 }

@@ -46,6 +46,7 @@ int make_report(Context& context, const Options& options) {
     fit = blame(options.session, [&] { return basis::fit(basis, reduction.samples); });
     method.table = std::make_shared<brdf::BrdfTable>(basis::expand(basis, fit->coefficients));
     data.samples = fitted_samples(reduction.samples, *fit);
+    add_trust(basis, reduction.samples, *fit, method, data);
   }
   data.checks = self_checks(*method.table, fit ? &*fit : nullptr);
   if (fit) data.checks.push_back(evenness(reduction.samples, *fit));

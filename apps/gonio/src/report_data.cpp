@@ -7,7 +7,9 @@
 #include <limits>
 #include <map>
 
+#include "gonio/basis/uncertainty.h"
 #include "gonio/quality/physics_checks.h"
+#include "gonio/quality/verdict.h"
 #include "provenance.h"
 
 namespace gonio::cli {
@@ -154,6 +156,21 @@ report::CheckResult evenness(const samples::SampleSet& samples, const basis::Fit
             "needs eight poses with several places of the sample each"};
   }
   return {"Even sample", check.passed ? CheckStatus::passed : CheckStatus::remark, to_text(check)};
+}
+
+void add_trust(const basis::Basis& basis, const samples::SampleSet& samples, const basis::Fit& fit,
+               report::MethodResult& method, report::ReportData& data) {
+  std::optional<basis::Uncertainty> bands;
+  if (fit.left_out_residuals.size() > 0 && basis.materials.size() >= 3) {
+    bands = basis::uncertainty(basis, fit);
+    const double factor = bands->factor_95;
+    method.lower_95 = std::make_shared<brdf::BrdfTable>(basis::limit(basis, fit, *bands, -factor));
+    method.upper_95 = std::make_shared<brdf::BrdfTable>(basis::limit(basis, fit, *bands, factor));
+  }
+  const quality::Verdict verdict =
+      quality::judge(basis, samples, fit, *method.table, bands ? &*bands : nullptr);
+  data.verdict = verdict.line;
+  data.trusted = verdict.trusted;
 }
 
 std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const basis::Fit* fit) {

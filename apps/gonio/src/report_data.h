@@ -27,6 +27,9 @@ std::string to_text(const quality::HomogeneityCheck& check);
 
 /// The same as a row of the page's checks.
 report::CheckResult evenness(const samples::SampleSet& samples, const basis::Fit& fit);
+/// Bands of a method whose table is the fit's, and the verdict at the top of the page.
+void add_trust(const basis::Basis& basis, const samples::SampleSet& samples, const basis::Fit& fit,
+               report::MethodResult& method, report::ReportData& data);
 
 /// Self-checks of a result: energy, and how well it explains its samples where a fit is given.
 std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const basis::Fit* fit);

@@ -65,7 +65,13 @@ Range range_of(const std::vector<const Lobe*>& lobes) {
   return {low, std::max(high, low * 10.0)};
 }
 
-std::string cartesian(double theta_i_deg, const Lobe* truth, const Lobe& fit) {
+/// Where the true curve is expected.
+struct Band {
+  Lobe lower;
+  Lobe upper;
+};
+
+std::string cartesian(double theta_i_deg, const Lobe* truth, const Lobe& fit, const Band* band) {
   constexpr double kWidth = 560.0;
   constexpr double kHeight = 300.0;
   constexpr double kLeft = 52.0;
@@ -105,6 +111,19 @@ std::string cartesian(double theta_i_deg, const Lobe* truth, const Lobe& fit) {
       svg.polyline(points, fmt::format("{} {}", css, kChannels[static_cast<std::size_t>(c)]));
     }
   };
+  if (band != nullptr) {
+    // Up along one limit, back along the other; cut off at the frame.
+    const auto at = [&](const Lobe& lobe, std::size_t i, int c) {
+      return Point{x(lobe.theta_o_deg[i]), y(std::clamp(lobe.value[i][c], range.low, range.high))};
+    };
+    const std::size_t count = band->upper.value.size();
+    for (int c = 0; c < 3; ++c) {
+      std::vector<Point> outline;
+      for (std::size_t i = 0; i < count; ++i) outline.push_back(at(band->upper, i, c));
+      for (std::size_t i = count; i-- > 0;) outline.push_back(at(band->lower, i, c));
+      svg.polyline(outline, fmt::format("band {}", kChannels[static_cast<std::size_t>(c)]));
+    }
+  }
   if (truth != nullptr) draw(*truth, "curve truth");
   draw(fit, "curve");
   return svg.finish();
@@ -167,16 +186,27 @@ std::string lobe_figures(const ReportData& data) {
   std::optional<brdf::TableBrdf> truth;
   if (data.truth) truth.emplace(*data.truth);
 
+  const MethodResult& method = data.methods.front();
+  std::optional<brdf::TableBrdf> lower;
+  std::optional<brdf::TableBrdf> upper;
+  if (method.lower_95 && method.upper_95) {
+    lower.emplace(*method.lower_95);
+    upper.emplace(*method.upper_95);
+  }
+
   std::vector<Lobe> fits;
   std::vector<Lobe> truths;
+  std::vector<Band> bands;
   std::string grid;
   for (const double theta_i : kThetaIDeg) {
     fits.push_back(lobe_of(fit, theta_i));
     if (truth) truths.push_back(lobe_of(*truth, theta_i));
+    if (lower) bands.push_back({lobe_of(*lower, theta_i), lobe_of(*upper, theta_i)});
   }
   for (std::size_t i = 0; i < fits.size(); ++i) {
-    grid += fmt::format("<figure>{}</figure>\n",
-                        cartesian(kThetaIDeg[i], truth ? &truths[i] : nullptr, fits[i]));
+    grid +=
+        fmt::format("<figure>{}</figure>\n", cartesian(kThetaIDeg[i], truth ? &truths[i] : nullptr,
+                                                       fits[i], lower ? &bands[i] : nullptr));
   }
   return fmt::format("<div class=\"duo\">\n{}</div>\n<div class=\"polar\">{}</div>\n", grid,
                      polar(truths, fits));

@@ -14,10 +14,13 @@ namespace {
 
 struct Verdict {
   std::string_view css;
-  std::string_view text;
+  std::string text;
 };
 
 Verdict verdict_of(const ReportData& data) {
+  if (!data.verdict.empty()) {
+    return {data.trusted ? "passed" : "failed", escaped(data.verdict)};
+  }
   bool remark = !data.warnings.empty();
   for (const CheckResult& check : data.checks) {
     if (check.status == CheckStatus::failed) return {"failed", "A check failed: see below"};

@@ -108,6 +108,8 @@ svg .r{stroke:var(--r)}svg .g{stroke:var(--g)}svg .b{stroke:var(--b)}
 svg .dot.r{fill:var(--r);stroke:none}svg .dot.g{fill:var(--g);stroke:none}
 svg .dot.b{fill:var(--b);stroke:none}
 svg .dot.beyond{stroke:var(--bad)}
+svg .band{stroke:none;opacity:.15}
+svg .band.r{fill:var(--r)}svg .band.g{fill:var(--g)}svg .band.b{fill:var(--b)}
 svg .p0{stroke:var(--t0)}svg .p1{stroke:var(--t1)}svg .p2{stroke:var(--t2)}svg .p3{stroke:var(--t3)}
 .key{display:flex;gap:20px;flex-wrap:wrap;color:var(--quiet);font-size:.86rem;margin-top:8px}
 .key i{display:inline-block;width:22px;height:0;border-top:2.5px solid;margin-right:7px;

@@ -118,4 +118,28 @@ brdf::BrdfTable expand(const Basis& basis, const Eigen::MatrixXd& coefficients) 
   return brdf::BrdfTable(std::move(stored), brdf::IndexConvention::bin_centre, basis.scale);
 }
 
+brdf::BrdfTable table_of(const Basis& basis, const Eigen::MatrixXf& field) {
+  const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
+  if (static_cast<std::size_t>(field.rows()) != cells.size() || field.cols() != 3) {
+    throw std::invalid_argument("table_of: the field does not cover the cells above the horizon");
+  }
+  const std::vector<float> weights = detail::cell_weights(basis.mapping);
+  const float epsilon = static_cast<float>(basis.mapping.epsilon);
+  std::vector<double> stored(3 * lattice::kCells, -1.0);
+  parallel::for_each_block(0, cells.size(), kChunkCells, [&](std::size_t begin, std::size_t end) {
+    std::array<float, kChunkCells> x;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const float* const from = field.col(static_cast<Eigen::Index>(channel)).data();
+      std::copy(from + begin, from + end, x.begin());
+      detail::exp_in_place(x.data(), end - begin);
+      double* const plane = stored.data() + channel * lattice::kCells;
+      for (std::size_t i = begin; i < end; ++i) {
+        plane[cells[i]] = static_cast<double>(std::max(x[i - begin] - epsilon, 0.0f)) /
+                          (static_cast<double>(weights[i]) * brdf::BrdfTable::kMerlScale[channel]);
+      }
+    }
+  });
+  return brdf::BrdfTable(std::move(stored), brdf::IndexConvention::bin_centre, basis.scale);
+}
+
 }  // namespace gonio::basis

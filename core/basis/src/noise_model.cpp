@@ -89,6 +89,10 @@ Eigen::VectorXd angle_errors(const LogMapping& mapping, const SampleRows::Shifte
 
 }  // namespace
 
+double model_variance(const Basis& basis, double model_eta) {
+  return model_eta / static_cast<double>(basis.row_count()) + kLeastSigma * kLeastSigma;
+}
+
 SampleRows look_up(const BasisRows& rows, const samples::SampleSet& set, Eigen::Index components) {
   const Eigen::Index n = static_cast<Eigen::Index>(set.samples.size());
   SampleRows found;
@@ -118,7 +122,6 @@ MappedSamples map_samples(const Basis& basis, const SampleRows& rows, const samp
                           int channel, const ReconstructOptions& options,
                           const Eigen::VectorXd& coefficients, const Eigen::VectorXd& fitted) {
   const LogMapping& mapping = basis.mapping;
-  const double m = static_cast<double>(basis.row_count());
   const Eigen::Index n = rows.mean.size();
   MappedSamples mapped;
   mapped.x.resize(n);
@@ -127,7 +130,7 @@ MappedSamples map_samples(const Basis& basis, const SampleRows& rows, const samp
 
   const bool own_noise = !options.eta.has_value();
   const double model_variance =
-      (own_noise ? options.model_eta : *options.eta) / m + kLeastSigma * kLeastSigma;
+      detail::model_variance(basis, own_noise ? options.model_eta : *options.eta);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Sample& sample = set.samples[static_cast<std::size_t>(i)];
     const double w = rows.weight[i];

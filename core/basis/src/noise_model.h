@@ -41,6 +41,9 @@ struct MappedSamples {
   bool depends_on_fit = false;
 };
 
+/// The part of every sample's variance that is no noise: what the basis cannot express.
+double model_variance(const Basis& basis, double model_eta);
+
 /// `fitted`  The current fit's BRDF at the samples in 1/sr; empty before the first.
 MappedSamples map_samples(const Basis& basis, const SampleRows& rows, const samples::SampleSet& set,
                           int channel, const ReconstructOptions& options,

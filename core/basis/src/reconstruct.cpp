@@ -9,6 +9,7 @@
 
 #include "gonio/errors/errors.h"
 #include "kernel_evidence.h"
+#include "left_out.h"
 #include "noise_model.h"
 #include "normal_equations.h"
 
@@ -111,6 +112,12 @@ void fit_by_evidence(const Basis& basis, const detail::SampleRows& rows,
   detail::Evidence evidence = options.method == Method::kernel
                                   ? detail::single_kernel(basis, equations_at(options.model_eta))
                                   : detail::weigh_kernels(basis, equations_at, options.model_eta);
+  const auto seen = [&](std::size_t channel) {
+    return detail::SeenChannel{rows, channels[channel].mapped, channels[channel].equations};
+  };
+  const double model_eta = options.eta.value_or(options.model_eta);
+  detail::compare_with_training(basis, {seen(0), seen(1), seen(2)},
+                                detail::model_variance(basis, model_eta), fit);
   for (std::size_t channel = 0; channel < 3; ++channel) {
     ChannelFit& one = channels[channel];
     one.coefficients = evidence.coefficients.col(static_cast<Eigen::Index>(channel));

@@ -8,6 +8,7 @@
 
 #include "gonio/basis/dense_field.h"
 #include "gonio/design/criteria.h"
+#include "gonio/quality/verdict.h"
 
 namespace gonio::quality {
 namespace {
@@ -189,6 +190,17 @@ Summary summarise_scores(const std::vector<MaterialScore>& scores, Member&& memb
   return summarise(std::move(values));
 }
 
+std::optional<Trust> trust_in(const basis::Basis& basis, const samples::SampleSet& samples,
+                              const basis::Fit& fit, const brdf::BrdfTable& found,
+                              const brdf::BrdfTable& known) {
+  if (fit.left_out_residuals.size() == 0 || basis.materials.size() < 3) return std::nullopt;
+  const basis::Uncertainty bands = basis::uncertainty(basis, fit);
+  const Verdict verdict = judge(basis, samples, fit, found, &bands);
+  Trust trust{coverage(known, basis, fit, bands), std::nullopt, verdict.trusted};
+  if (verdict.outlook) trust.expected_psnr_db = verdict.outlook->expected_psnr_db;
+  return trust;
+}
+
 }  // namespace
 
 Summary ContenderResult::psnr_a_db() const {
@@ -256,6 +268,7 @@ std::optional<std::vector<ContenderResult>> evaluate(
       const brdf::TableBrdf model(known);
       for (std::size_t c = 0; c < results.size(); ++c) {
         std::vector<Comparison> draws;
+        std::optional<Trust> trust;
         for (int draw = 0; draw < options.draws; ++draw) {
           if (stop.stop_requested()) return std::nullopt;
           const Contender& contender = results[c].contender;
@@ -268,10 +281,13 @@ std::optional<std::vector<ContenderResult>> evaluate(
                   : synthetic_samples(model, set.scale(), directions[c], contender.patch,
                                       options.noise, options.seed, stream);
           const basis::Fit fit = basis::fit(fold.basis(), samples, contender.reconstruct);
-          draws.push_back(
-              compare(known, basis::expand(fold.basis(), fit.coefficients), set.mapping()));
+          const brdf::BrdfTable found = basis::expand(fold.basis(), fit.coefficients);
+          draws.push_back(compare(known, found, set.mapping()));
+          if (options.trust && draw == 0) {
+            trust = trust_in(fold.basis(), samples, fit, found, known);
+          }
         }
-        results[c].scores.push_back({material, number, mean_of(draws)});
+        results[c].scores.push_back({material, number, mean_of(draws), trust});
         ++state.done;
         if (progress) progress(state);
       }

@@ -65,5 +65,43 @@ TEST(EvaluateRealData, TenChosenDirectionsReachTheBarAndThePublishedTenDoNot) {
   EXPECT_NEAR((*results)[1].grazing_log_rmse().mean, 0.232, 0.02);
 }
 
+TEST(TrustRealData, BandsHoldWhatTheyPromiseOnTwoFolds) {
+  const std::vector<basis::MaterialFile> files = merl_files();
+  if (files.size() != kDecodedMaterials) {
+    GTEST_SKIP() << "GONIO_REAL_DATA names no folder with the " << kDecodedMaterials
+                 << " decoded MERL materials, but one with " << files.size();
+  }
+  basis::TrainingSet set(brdf::RadiometricScale::merl);
+  set.add_files(files);
+  Contender ours;
+  ours.sample_count = 10;
+  EvaluateOptions options;
+  options.trust = true;
+  options.noise.relative = 0.03;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    if (i % 5 < 2) options.tested.push_back(i);
+  }
+  const auto results = evaluate(
+      set, basis::centred_gram(set), [&](std::size_t i) { return brdf::read_merl(files[i].path); },
+      {ours}, options);
+  ASSERT_TRUE(results.has_value());
+  double in_68 = 0.0;
+  double in_95 = 0.0;
+  int below = 0;
+  const std::vector<MaterialScore>& scores = results->front().scores;
+  ASSERT_EQ(scores.size(), 36U);
+  for (const MaterialScore& score : scores) {
+    in_68 += score.trust.value().coverage.in_68 / 36.0;
+    in_95 += score.trust.value().coverage.in_95 / 36.0;
+    if (score.trust.value().coverage.in_95 < 0.9) ++below;
+  }
+  EXPECT_GE(in_68, 0.62);
+  EXPECT_LE(in_68, 0.76);
+  EXPECT_GE(in_95, 0.90);
+  EXPECT_LE(in_95, 0.98);
+  // A fifth of the materials, and the scatter of that count between folds.
+  EXPECT_LE(below, 9);
+}
+
 }  // namespace
 }  // namespace gonio::quality

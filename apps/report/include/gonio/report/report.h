@@ -21,6 +21,10 @@ struct MethodResult {
   std::string note;  ///< what is different about it, a few words; may be empty
   std::shared_ptr<const brdf::BrdfTable> table;   ///< null: figures only
   std::optional<quality::Comparison> comparison;  ///< against the truth, where it is known
+  /// Limits between which the true value lies in 95 of 100 cells; null: none are drawn. Of the
+  /// table's convention and scale.
+  std::shared_ptr<const brdf::BrdfTable> lower_95 = nullptr;
+  std::shared_ptr<const brdf::BrdfTable> upper_95 = nullptr;
 };
 
 /// A sample beside what the fit says there.
@@ -69,7 +73,9 @@ struct Fact {
 /// sections are then left out.
 struct ReportData {
   std::string material;
-  std::string summary;                           ///< one sentence under the title; may be empty
+  std::string summary;  ///< one sentence under the title; may be empty
+  std::string verdict;  ///< one line; empty: what the checks say together stands in its place
+  bool trusted = true;  ///< what `verdict` comes to
   std::shared_ptr<const brdf::BrdfTable> truth;  ///< null where it is not known
   std::vector<MethodResult> methods;  ///< the first is the one reported and needs a table
   std::vector<FittedSample> samples;

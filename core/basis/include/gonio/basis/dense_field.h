@@ -26,4 +26,8 @@ Eigen::MatrixXd project(const Basis& basis, const Eigen::MatrixXf& field);
 /// The whole BRDF of some coefficients; negatives clamped at 0.
 brdf::BrdfTable expand(const Basis& basis, const Eigen::MatrixXd& coefficients);
 
+/// The whole BRDF of some mapped values, p x 3 as from mapped_field(); negatives clamped at 0.
+/// Throws std::invalid_argument for another shape.
+brdf::BrdfTable table_of(const Basis& basis, const Eigen::MatrixXf& field);
+
 }  // namespace gonio::basis

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <optional>
 #include <string_view>
 
@@ -33,6 +34,20 @@ struct ReconstructOptions {
   int relinearisations = 3;  ///< rounds for dark samples (f w + eps near or below 0) and slopes
 };
 
+/// How a measurement looks beside the training materials, and each of these beside the others, as
+/// if it had been measured by the same samples without its own rows in the basis. What the verdict
+/// and the bands are calibrated on.
+struct Likeness {
+  /// m x 3, mean square difference (nepers^2) of a channel's samples from those of a training row,
+  /// less what noise adds.
+  Eigen::MatrixXd distance;
+  Eigen::MatrixXd row_distance;  ///< m x m, the same between training rows
+  /// chi^2 per value of the samples against the prior, as innovation_chi2_per_sample but after one
+  /// factor common to all channels and samples (prior: 1 neper) is taken out.
+  double innovation = 0.0;
+  Eigen::VectorXd left_out_innovation;  ///< one per training material; the noise's share included
+};
+
 /// Coefficients of one material and how well they explain its samples.
 struct Fit {
   Eigen::MatrixXd coefficients;   ///< k x 3; components a method does not use are 0
@@ -49,6 +64,10 @@ struct Fit {
   /// it is predicted the same way from samples like these without its own material. Holds for the
   /// green channel's noise. Empty for the other methods.
   Eigen::MatrixXd left_out_residuals;
+  /// k x k per channel, of `kernel` and `automatic`: covariance of the coefficients by the samples'
+  /// stated noise, through the linear part of the solve. Zero with a fixed eta, which states none.
+  std::array<Eigen::MatrixXd, 3> noise_covariance;
+  Likeness likeness;  ///< of `kernel` and `automatic`
 };
 
 /// Solves for one material, per channel.

@@ -17,6 +17,7 @@
 #include "gonio/design/pose_exchange.h"
 #include "gonio/quality/metrics.h"
 #include "gonio/quality/synthetic_samples.h"
+#include "gonio/quality/trust_score.h"
 
 namespace gonio::quality {
 
@@ -53,6 +54,9 @@ struct EvaluateOptions {
   design::ImportanceBlend importance;  ///< of errors when directions are chosen
   design::DirectionLimits limits;      ///< of directions chosen here
   SyntheticNoise noise;
+  /// Also bands and verdict of every result, by the first draw of the noise; for methods that leave
+  /// materials out. Half a second more per reconstruction.
+  bool trust = false;
   int draws = 1;           ///< of the noise; figures are means over them
   std::uint64_t seed = 1;  ///< of the searches and the noise
 
@@ -60,11 +64,20 @@ struct EvaluateOptions {
   void validate(std::size_t material_count) const;
 };
 
+/// What was said of a result before the truth was looked at, and how true it was.
+struct Trust {
+  Coverage coverage;
+  /// Outlook::expected_psnr_db; empty with too few training materials.
+  std::optional<double> expected_psnr_db;
+  bool trusted = true;
+};
+
 /// What a contender did on one material that neither basis, design nor any setting has seen.
 struct MaterialScore {
   std::size_t material = 0;  ///< index into the training set
   int fold = 0;
   Comparison errors;
+  std::optional<Trust> trust;  ///< where it was asked for and the method has it
 };
 
 /// Mean and quantiles over materials (linear between ranks).

@@ -1,0 +1,133 @@
+#include "left_out.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace gonio::basis::detail {
+namespace {
+
+/// R^-1 of some columns (n x anything), pose by pose as in normal_equations().
+Eigen::MatrixXd whitened(const SampleRows& rows, const MappedSamples& mapped,
+                         const Eigen::MatrixXd& columns) {
+  const Eigen::VectorXd precision = mapped.variance.cwiseInverse();
+  Eigen::MatrixXd result = precision.asDiagonal() * columns;
+  for (const auto& members : rows.poses) {
+    const Eigen::MatrixXd common = mapped.common(members, Eigen::all);
+    if ((common.array() == 0.0).all()) continue;
+    const Eigen::MatrixXd weighted = precision(members).asDiagonal() * common;
+    const Eigen::LLT<Eigen::MatrixXd> small(
+        Eigen::MatrixXd::Identity(common.cols(), common.cols()) + common.transpose() * weighted);
+    result(members, Eigen::all) -=
+        weighted * small.solve(weighted.transpose() * columns(members, Eigen::all));
+  }
+  return result;
+}
+
+/// How the mapped samples move when the whole BRDF is scaled: d ln(f w + eps) / d ln f.
+Eigen::VectorXd scale_slopes(const LogMapping& mapping, const MappedSamples& mapped) {
+  return (1.0 - mapping.epsilon * (-mapped.x.array()).exp()).max(0.0).matrix();
+}
+
+/// x^T (R + A A^T/m)^-1 z from the same with R^-1 alone.
+double with_prior(double product, const Eigen::VectorXd& right_x, const Eigen::VectorXd& right_z,
+                  const Eigen::LLT<Eigen::MatrixXd>& posterior) {
+  return product - right_x.dot(posterior.solve(right_z));
+}
+
+Eigen::LLT<Eigen::MatrixXd> posterior_of(const NormalEquations& equations, double m) {
+  Eigen::MatrixXd normal = equations.information;
+  normal.diagonal().array() += m;
+  return normal.llt();
+}
+
+/// Offset with a prior of standard deviation 1 taken out of a chi^2.
+double without_scale(double chi2, double product, double square) {
+  return std::max(chi2 - product * product / (1.0 + square), 0.0);
+}
+
+}  // namespace
+
+NoisePropagation propagate_noise(const SampleRows& rows, const MappedSamples& mapped,
+                                 double model_variance) {
+  const Eigen::VectorXd own = (mapped.variance.array() - model_variance).max(0.0);
+  const Eigen::MatrixXd precise = whitened(rows, mapped, rows.a);
+  NoisePropagation noise;
+  noise.right_covariance = precise.transpose() * own.asDiagonal() * precise;
+  for (const auto& members : rows.poses) {
+    const Eigen::MatrixXd common = mapped.common(members, Eigen::all);
+    if ((common.array() == 0.0).all()) continue;
+    const Eigen::MatrixXd moved = precise(members, Eigen::all).transpose() * common;
+    noise.right_covariance += moved * moved.transpose();
+  }
+  const Eigen::VectorXd total = mapped.variance + mapped.common.rowwise().squaredNorm();
+  const Eigen::VectorXd noisy = own + mapped.common.rowwise().squaredNorm();
+  noise.innovation = noisy.cwiseQuotient(total).sum();
+  noise.mean_square = noise.innovation / total.cwiseInverse().sum();
+  return noise;
+}
+
+void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>& channels,
+                           double model_variance, Fit& fit) {
+  const Eigen::MatrixXd& u = basis.left_vectors;
+  const Eigen::Index m = u.rows();
+  const double prior = static_cast<double>(m);
+  const double values = 3.0 * static_cast<double>(channels[0].rows.mean.size());
+  Likeness& likeness = fit.likeness;
+  likeness.distance.resize(m, 3);
+
+  double chi2 = 0.0;
+  double product = 0.0;
+  double square = 0.0;
+  double noise_share = 0.0;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto& [rows, mapped, equations] = channels[c];
+    const Eigen::LLT<Eigen::MatrixXd> posterior = posterior_of(equations, prior);
+    const NoisePropagation noise = propagate_noise(rows, mapped, model_variance);
+    const Eigen::MatrixXd half = posterior.solve(noise.right_covariance);
+    fit.noise_covariance[c] = posterior.solve(half.transpose());
+    noise_share += std::max(noise.innovation - half.trace(), 0.0) / values;
+
+    likeness.distance.col(static_cast<Eigen::Index>(c)) =
+        (((u * equations.likeness).cwiseProduct(u).rowwise().sum() -
+          2.0 * u * equations.likeness_right)
+             .array() +
+         (equations.likeness_square - noise.mean_square))
+            .max(0.0);
+
+    const Eigen::VectorXd scale = scale_slopes(basis.mapping, mapped);
+    const Eigen::VectorXd precise = whitened(rows, mapped, scale);
+    const Eigen::VectorXd right_scale = rows.a.transpose() * precise;
+    chi2 += with_prior(equations.square, equations.right, equations.right, posterior);
+    product +=
+        with_prior(precise.dot(mapped.x - rows.mean), right_scale, equations.right, posterior);
+    square += with_prior(precise.dot(scale), right_scale, right_scale, posterior);
+    if (c != 1) continue;
+
+    // The training materials by the green channel's noise, each without its own rows: removing
+    // three rows from the prior's covariance is a rank-3 change.
+    const Eigen::MatrixXd seen = u * (equations.likeness * u.transpose());
+    likeness.row_distance = -2.0 * seen;
+    likeness.row_distance.colwise() += seen.diagonal();
+    likeness.row_distance.rowwise() += seen.diagonal().transpose();
+    likeness.row_distance = likeness.row_distance.cwiseMax(0.0);
+
+    const Eigen::MatrixXd h = prior * u * (posterior.solve(equations.information) * u.transpose());
+    const Eigen::VectorXd b = prior * u * posterior.solve(right_scale);
+    const double s = with_prior(precise.dot(scale), right_scale, right_scale, posterior);
+    likeness.left_out_innovation.resize(m / 3);
+    for (Eigen::Index t = 0; t < m / 3; ++t) {
+      const Eigen::Matrix3d h_t = h.block<3, 3>(3 * t, 3 * t);
+      const Eigen::Vector3d b_t = b.segment<3>(3 * t);
+      const Eigen::LDLT<Eigen::Matrix3d> rest(prior * Eigen::Matrix3d::Identity() - h_t);
+      const double own_chi2 = prior * rest.solve(h_t).trace();
+      const Eigen::Vector3d moved = rest.solve(b_t);
+      likeness.left_out_innovation[t] =
+          without_scale(own_chi2, prior * moved.sum(), 3.0 * (s + b_t.dot(moved))) / values;
+    }
+  }
+  likeness.innovation = without_scale(chi2, product, square) / values;
+  likeness.left_out_innovation.array() += noise_share;
+}
+
+}  // namespace gonio::basis::detail

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gonio/basis/basis.h"
+#include "gonio/basis/reconstruct.h"
+#include "gonio/basis/uncertainty.h"
+#include "gonio/brdf/brdf_table.h"
+#include "gonio/quality/physics_checks.h"
+#include "gonio/samples/samples.h"
+
+/// Whether a reconstruction may be used, judged without a truth to compare with.
+namespace gonio::quality {
+
+/// Below this a sphere rendered with the result looks like another material.
+constexpr double kUsablePsnr_db = 28.0;
+
+/// What a picture of the result would score against the true material, as foreseen from the
+/// training materials: each is predicted from the same directions and noise without its own rows,
+/// its picture compared with the true one, and the score explained by what a measurement shows as
+/// well. So the rule follows the basis, the directions and the noise. One constant is MERL's: how
+/// much less a new material scores than training materials, for which the directions were chosen.
+struct Outlook {
+  double expected_psnr_db = 0.0;
+  double sd_db = 0.0;  ///< of the training materials' own scores about theirs
+  /// The measurement and, in ascending order, the training materials left out.
+  double innovation = 0.0;  ///< basis::Likeness::innovation
+  std::vector<double> left_out_innovations;
+  double nearest = 0.0;  ///< root mean square difference of the samples to the nearest material
+  std::vector<double> left_out_nearest;
+  std::vector<double> left_out_psnr_db;
+};
+
+/// Fewer left-out materials than this explain nothing.
+constexpr int kFewestMaterials = 12;
+
+/// Empty for a fit by ridge or as published (they leave nothing out) and for fewer than
+/// kFewestMaterials training materials.
+/// Threads  Uses all; the same figures with any number of them.
+std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit);
+
+struct Verdict {
+  bool trusted = true;
+  /// One plain line: "trust: ..." or "do not trust: ... because ...; measure ...".
+  std::string line;
+  std::vector<std::string> reasons;  ///< against it; empty when trusted
+  std::optional<Outlook> outlook;
+  EnergyCheck energy;
+  ReciprocityCheck reciprocity;
+  double clamped_share = 0.0;  ///< of the cells above the horizon
+  /// Half width of the 68 % band, root mean square over cells with max(theta_i, theta_o) in
+  /// [65, 85] deg, nepers; empty without bands.
+  std::optional<double> grazing_half_width;
+};
+
+/// `bands`  Null: no grazing confidence.
+Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, const basis::Fit& fit,
+              const brdf::BrdfTable& table, const basis::Uncertainty* bands);
+
+}  // namespace gonio::quality

@@ -1,0 +1,136 @@
+#include "gonio/quality/verdict.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "gonio/brdf/shading_geometry.h"
+
+namespace gonio::quality {
+namespace {
+
+/// A result that is not clearly usable is not trusted: the expected score less this many of its
+/// standard deviations must reach kUsablePsnr_db. With it the failures among held-out MERL
+/// materials are flagged.
+constexpr double kCaution = 0.5;
+/// Reconstructed tables overshoot by a few per cent where a lobe is narrower than a cell.
+constexpr double kEnergyTolerance = 0.1;
+/// More of the directions than this clamped at zero is no noise any more.
+constexpr double kClampedLimit = 0.2;
+/// Without enough training materials for an outlook: chi^2 per value of what no prior explains.
+constexpr double kInnovationLimit = 10.0;
+
+/// What all but one in twenty of the left-out materials stay below.
+double usual_limit(const std::vector<double>& ascending) {
+  if (ascending.empty()) return std::numeric_limits<double>::infinity();
+  const auto rank = static_cast<std::size_t>(0.95 * static_cast<double>(ascending.size() - 1));
+  return ascending[rank];
+}
+
+double grazing_half_width(const basis::Uncertainty& bands) {
+  const std::vector<std::uint32_t>& cells = brdf::lattice::cells_above_horizon();
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const brdf::HalfDiff at = brdf::lattice::angles_of(brdf::lattice::index_from_cell(cells[i]));
+    const brdf::PolarCosines cosines = brdf::polar_cosines(at.theta_h, at.theta_d, at.phi_d);
+    const double lowest = std::min(cosines.cos_theta_i, cosines.cos_theta_o);
+    // 85 and 65 degrees.
+    if (lowest < 0.08715574274765817 || lowest > 0.42261826174069944) continue;
+    sum += bands.sigma.row(static_cast<Eigen::Index>(i)).squaredNorm() / 3.0;
+    ++count;
+  }
+  return bands.factor_68 * std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
+}
+
+/// Why little is expected of the picture, in the words of what shows it most.
+std::string why(const Outlook& outlook) {
+  const double innovation_limit = usual_limit(outlook.left_out_innovations);
+  const double nearest_limit = usual_limit(outlook.left_out_nearest);
+  if (outlook.innovation > innovation_limit) {
+    return fmt::format(
+        "the samples do not fit the training materials (chi2 {:.2g} per value, theirs below "
+        "{:.2g})",
+        outlook.innovation, innovation_limit);
+  }
+  if (outlook.nearest > nearest_limit) {
+    return fmt::format(
+        "no training material is like it (nearest {:.2g} nepers away, theirs {:.2g})",
+        outlook.nearest, nearest_limit);
+  }
+  return "materials like it are poorly predicted from these directions";
+}
+
+}  // namespace
+
+Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, const basis::Fit& fit,
+              const brdf::BrdfTable& table, const basis::Uncertainty* bands) {
+  Verdict verdict;
+  verdict.outlook = outlook(basis, fit);
+  verdict.energy = check_energy(brdf::TableBrdf(table), table.scale(), kEnergyTolerance);
+  verdict.reciprocity = check_reciprocity(samples);
+  verdict.clamped_share =
+      static_cast<double>(clamped_cells(table)) /
+      static_cast<double>(brdf::lattice::cells_above_horizon(table.convention()).size());
+  if (bands != nullptr) verdict.grazing_half_width = grazing_half_width(*bands);
+
+  std::vector<std::string>& reasons = verdict.reasons;
+  std::string advice = "measure more directions";
+  if (verdict.outlook) {
+    const Outlook& seen = *verdict.outlook;
+    if (seen.expected_psnr_db - kCaution * seen.sd_db < kUsablePsnr_db) {
+      reasons.push_back(why(seen) + fmt::format("; a picture of it is expected at {:.0f} dB, "
+                                                "usable ones reach {:.0f}",
+                                                seen.expected_psnr_db, kUsablePsnr_db));
+      if (seen.innovation > usual_limit(seen.left_out_innovations)) {
+        advice = "measure it densely, or train with materials of its kind";
+      }
+    }
+  } else if (fit.innovation_chi2_per_sample > kInnovationLimit) {
+    reasons.push_back(
+        fmt::format("the samples do not fit the training materials (chi2 {:.2g} per "
+                    "value, about 1 for one of their kind)",
+                    fit.innovation_chi2_per_sample));
+    advice = "measure it densely, or train with materials of its kind";
+  }
+  if (!verdict.reciprocity.passed) {
+    reasons.push_back(
+        fmt::format("exchanging lamp and camera changes the values ({:.1f} sigmas "
+                    "over {} pairs)",
+                    verdict.reciprocity.rms_z, verdict.reciprocity.pairs.size()));
+    advice = "check alignment, white reference and stray light, then measure again";
+  }
+  if (!verdict.energy.passed) {
+    reasons.push_back(fmt::format("it would reflect {:.0f} % of the light that falls in",
+                                  100.0 * verdict.energy.largest));
+  }
+  if (verdict.clamped_share > kClampedLimit) {
+    reasons.push_back(fmt::format("{:.0f} % of the directions came out below zero",
+                                  100.0 * verdict.clamped_share));
+  }
+  verdict.trusted = reasons.empty();
+  if (!verdict.trusted) {
+    verdict.line = "do not trust: ";
+    for (std::size_t i = 0; i < reasons.size(); ++i) {
+      verdict.line += (i > 0 ? "; " : "") + reasons[i];
+    }
+    verdict.line += "; " + advice;
+    return verdict;
+  }
+  verdict.line = "trust:";
+  if (verdict.outlook) {
+    verdict.line += fmt::format(" a picture of it is expected at {:.0f} dB (usable from {:.0f})",
+                                verdict.outlook->expected_psnr_db, kUsablePsnr_db);
+  } else {
+    verdict.line += " the samples fit the training materials";
+  }
+  if (verdict.grazing_half_width) {
+    verdict.line += fmt::format(", grazing directions to about {:.0f} %",
+                                100.0 * std::expm1(*verdict.grazing_half_width));
+  }
+  return verdict;
+}
+
+}  // namespace gonio::quality
