@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "gonio_process.h"
+#include "temporary_folder.h"
 
 namespace gonio {
 namespace {

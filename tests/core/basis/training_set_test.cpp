@@ -147,7 +147,7 @@ TEST(TrainingSet, RefusesWhatDoesNotBelongToIt) {
 }
 
 TEST(TrainingSet, BringsFilesOfAnotherScaleToItsOwnWhenToldHow) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   brdf::write_merl(folder / "si.binary", table_of_first_material());
   brdf::write_merl(
       folder / "merl.binary",

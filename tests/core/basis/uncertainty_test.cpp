@@ -10,10 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "directions_deg.h"
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/uncertainty_file.h"
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
+#include "temporary_folder.h"
 #include "test_materials.h"
 
 namespace gonio::basis {
@@ -23,8 +25,8 @@ const std::string kSha(64, 'a');
 
 const std::vector<brdf::HalfDiff>& directions() {
   static const std::vector<brdf::HalfDiff> all = {
-      test::angles(3, 12, 28),  test::angles(50, 19, 89), test::angles(5, 70, 77),
-      test::angles(15, 4, 130), test::angles(1, 6, 37),   test::angles(0.3, 71, 104)};
+      half_diff_deg(3, 12, 28),  half_diff_deg(50, 19, 89), half_diff_deg(5, 70, 77),
+      half_diff_deg(15, 4, 130), half_diff_deg(1, 6, 37),   half_diff_deg(0.3, 71, 104)};
   return all;
 }
 
@@ -178,7 +180,7 @@ TEST(UncertaintyFile, StandsBesideTheBinary) {
 }
 
 TEST(UncertaintyFile, HoldsTheLimitsOfEveryCellAndIsNotReplacedUnasked) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const Basis& basis = test::full_basis();
   const auto path = folder / "x.uncertainty.h5";
   write_uncertainty(path, basis, clean_fit(), clean_uncertainty(), kSha);
@@ -210,7 +212,7 @@ TEST(UncertaintyFile, HoldsTheLimitsOfEveryCellAndIsNotReplacedUnasked) {
 }
 
 TEST(UncertaintyFile, LeavesNothingBehindWhereItCannotBeWritten) {
-  const test::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const auto path = folder / "missing" / "x.uncertainty.h5";
   EXPECT_THROW(write_uncertainty(path, test::full_basis(), clean_fit(), clean_uncertainty(), kSha),
                FileError);

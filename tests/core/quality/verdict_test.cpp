@@ -11,6 +11,7 @@
 #include "gonio/brdf/brdf_model.h"
 #include "gonio/design/published_sets.h"
 #include "gonio/parallel/parallel.h"
+#include "gonio/quality/metrics.h"
 #include "gonio/quality/synthetic_samples.h"
 
 namespace gonio::quality {
