@@ -152,8 +152,10 @@ TEST_F(Workflow, GivesTheSameBytesWithOneAndTwoThreads) {
     run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--seed",
          "5", "--out", "session" + n, "--threads", n});
     run({"reduce", "session" + n, "--out", "samples" + n + ".csv", "--threads", n});
+    // Ten training materials are too few for a result to be trusted.
     run({"reconstruct", "samples" + n + ".csv", "--basis", "basis.h5", "--out",
-         "found" + n + ".binary", "--threads", n});
+         "found" + n + ".binary", "--threads", n},
+        5);
   }
   EXPECT_EQ(folder.read("plan1.csv"), folder.read("plan2.csv"));
   EXPECT_EQ(folder.read("samples1.csv"), folder.read("samples2.csv"));
@@ -220,7 +222,7 @@ TEST_F(Workflow, SamplesAndEvaluatesMaterialsFromFiles) {
   run({"sample", "files/slate.binary", "--directions", "list.csv", "--rig", "rig.toml", "--noise",
        "0.01", "--seed", "3", "--out", "samples.csv"});
   const std::string samples = folder.read("samples.csv");
-  EXPECT_EQ(std::count(samples.begin(), samples.end(), '\n'), 2 + 5 * 9);
+  EXPECT_EQ(std::count(samples.begin(), samples.end(), '\n'), 2 + 5 * 25);
   run({"sample", "files/slate.binary", "--directions", "list.csv", "--rig", "rig.toml", "--noise",
        "0.01", "--seed", "3", "--out", "again.csv", "--threads", "1"});
   EXPECT_EQ(folder.read("again.csv"), samples);

@@ -19,6 +19,9 @@ constexpr double kCaution = 0.5;
 constexpr double kEnergyTolerance = 0.1;
 /// More of the directions than this clamped at zero is no noise any more.
 constexpr double kClampedLimit = 0.2;
+/// Samples that fit this many times worse than any left-out training material's are of another
+/// kind, whatever picture is expected: the outlook is learnt from that kind alone.
+constexpr double kForeignInnovation = 2.0;
 /// Without enough training materials for an outlook: chi^2 per value of what no prior explains.
 constexpr double kInnovationLimit = 10.0;
 
@@ -80,7 +83,9 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
   std::string advice = "measure more directions";
   if (verdict.outlook) {
     const Outlook& seen = *verdict.outlook;
-    if (seen.expected_psnr_db - kCaution * seen.sd_db < kUsablePsnr_db) {
+    const bool foreign = !seen.left_out_innovations.empty() &&
+                         seen.innovation > kForeignInnovation * seen.left_out_innovations.back();
+    if (foreign || seen.expected_psnr_db - kCaution * seen.sd_db < kUsablePsnr_db) {
       reasons.push_back(why(seen) + fmt::format("; a picture of it is expected at {:.0f} dB, "
                                                 "usable ones reach {:.0f}",
                                                 seen.expected_psnr_db, kUsablePsnr_db));

@@ -78,9 +78,9 @@ TEST(NearFieldView, SpreadsTheViewByTheFieldAndNotTheLight) {
     most = std::max({most, one, other});
   }
   // The middle of the outermost pixel: atan(64/65 tan 12.5 deg) to either side of 30 deg, and the
-  // corners a little further.
+  // corners further: acos(cos 42.3 cos 12.0 deg), the field's 12.3 deg foreshortened.
   EXPECT_NEAR(least, 30.0 - 12.3, 0.6);
-  EXPECT_NEAR(most, 30.0 + 12.3, 1.2);
+  EXPECT_NEAR(most, 43.7, 0.6);
 }
 
 TEST(NearFieldView, SpreadsTheLightWhenTheLampIsNear) {
