@@ -98,6 +98,10 @@ TEST_F(BadInput, NamesDirectionsThatCannotBeMeasured) {
   refused(measure("horizon.csv"), {"horizon.csv", "line 3", "BELOW_HORIZON"});
   refused({"plan", "--directions", "horizon.csv", "--rig", "rig.toml", "--out", "plan.csv"},
           {"horizon.csv", "line 3"});
+  refused({"plan", "--directions", "nielsen-10", "--rig", "rig.toml", "--patch", "-3", "--out",
+           "plan.csv"},
+          {"--patch", "found '-3'", "expected auto or 0 to 500 mm"});
+  refused({"plan", "--near-field", "--samples", "3", "--out", "plan.csv"}, {"--near-field"});
   folder.write("near.csv", kHeader + std::string("1,1,0\n"));
   refused(measure("near.csv"), {"near.csv", "line 2", "OCCLUDED_LAMP", "1.00"});
   folder.write("twice.csv", kHeader + std::string("10,20,30\n5,5,5\n10,20,30\n"));

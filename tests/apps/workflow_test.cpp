@@ -171,6 +171,36 @@ TEST_F(Workflow, GivesTheSameBytesWithOneAndTwoThreads) {
   EXPECT_GT(frames, 30);
 }
 
+TEST_F(Workflow, ChoosesPosesForWhatTheRigsFramesShow) {
+  train();
+  const Ended chosen = run({"plan", "--basis", "basis.h5", "--samples", "3", "--rig", "rig.toml",
+                            "--out", "plan.csv", "--explain"});
+  // Spots of 2 mm half width, 2 mm clear of the edge of 25 mm: the outermost at 21 mm of 5 x 5.
+  EXPECT_THAT(folder.read("plan.csv"), HasSubstr("patches of +-26.25 mm (5 x 5)"));
+  EXPECT_THAT(chosen.out, HasSubstr("a sample of +-50"));
+  const Ended assumed =
+      run({"plan", "--basis", "basis.h5", "--samples", "3", "--out", "list2.csv"});
+  EXPECT_THAT(assumed.error, HasSubstr("no rig: patches of +-25 mm"));
+  run({"plan", "--basis", "basis.h5", "--samples", "3", "--patch", "0", "--out", "points.csv"});
+  EXPECT_THAT(folder.read("points.csv"), HasSubstr("points"));
+  EXPECT_NE(folder.read("points.csv").substr(folder.read("points.csv").find("phi_d_deg")),
+            folder.read("list2.csv").substr(folder.read("list2.csv").find("phi_d_deg")));
+}
+
+TEST_F(Workflow, ReconstructsFromTwoPhotographsTakenFromNear) {
+  train();
+  const Ended chosen =
+      run({"plan", "--basis", "basis.h5", "--near-field", "--shots", "2", "--out", "shots.csv"});
+  EXPECT_THAT(chosen.out, HasSubstr("keeps 90 % of what an endless one shows"));
+  run({"sample", "builtin:pink-polypropylene", "--directions", "shots.csv", "--near-field",
+       "--noise", "0.05", "--out", "samples.csv"});
+  run({"reconstruct", "samples.csv", "--basis", "basis.h5", "--method", "ridge", "--out",
+       "found.binary"});
+  const auto errors = nlohmann::json::parse(
+      run({"compare", "builtin:pink-polypropylene", "found.binary", "--json"}).out);
+  EXPECT_GT(errors["psnr_a_db"].get<double>(), 22.0);  // as above, a little less
+}
+
 TEST_F(Workflow, DryRunMovesNothingAndLeavesNothing) {
   const Ended ended = run(
       {"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--dry-run"});
