@@ -147,6 +147,7 @@ TEST_F(BadInput, NamesWhatCannotBeAppendedToABasis) {
   folder.write("other.binary", merl_file(0.6));
   refused({"train", "merl.binary", "other.binary", "--out", "merl.binary", "--force"},
           {"merl.binary", "is an input"});
+  refused({"train", "builtin", "--source", "a\nb", "--out", "more.h5"}, {"--source"});
   refused({"train", "builtin", "--components", "0", "--out", "more.h5"}, {"--components"});
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "more.h5"));
 }

@@ -92,8 +92,10 @@ TEST_F(Workflow, LeadsFromMaterialsToAReconstructionAndAReport) {
 
 TEST_F(Workflow, AddsMaterialsToABasisWithoutTheOldOnes) {
   train();
-  run({"train", "--append", "basis.h5", "builtin:red-pmma", "builtin:graphite-metallic", "--out",
-       "more.h5"});
+  run({"materials", "make", "measured", "--only", "red-pmma"});
+  const Ended added = run({"train", "--append", "basis.h5", "builtin:graphite-metallic",
+                           "measured/red-pmma.binary", "--source", "our-lab", "--out", "more.h5"});
+  EXPECT_THAT(added.error + added.out, HasSubstr("12 materials (11 builtin, 1 our-lab)"));
   run({"plan", "--basis", "more.h5", "--samples", "4", "--out", "list-of-more.csv"});
   EXPECT_THAT(folder.read("list-of-more.csv"), HasSubstr("(12 materials)"));
 }

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <optional>
 
 #include "command.h"
 #include "gonio/basis/basis_file.h"
 #include "materials_input.h"
 #include "outputs.h"
+#include "provenance.h"
 
 namespace gonio::cli {
 namespace {
@@ -17,8 +19,30 @@ struct Options {
   int components = 0;  ///< 0: kDefaultComponents, or as many as the basis appended to has
   std::vector<std::string> excluded;
   ScaleWish scale;
+  std::string source;
   bool force = false;
 };
+
+/// A word that is safe to print and to compare.
+void require_label(const std::string& label) {
+  const auto fits = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '_' || c == '.';
+  };
+  if (label.size() > 64 || !std::all_of(label.begin(), label.end(), fits)) {
+    throw UsageError(
+        "--source: found something else than at most 64 lower-case letters, digits, "
+        "'-', '_' and '.'");
+  }
+}
+
+/// "90 merl, 8 rgl"
+std::string sources_text(const basis::Basis& basis) {
+  std::string text;
+  for (const auto& [source, count] : source_counts(basis)) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, source);
+  }
+  return text;
+}
 
 /// Before the long work: what append() would refuse at its end.
 void require_appendable(const basis::Basis& old, const TrainingInput& input,
@@ -34,8 +58,10 @@ void require_appendable(const basis::Basis& old, const TrainingInput& input,
 
 int train(Context& context, const Options& options) {
   require_output(options.out, options.force, {options.append});
-  const TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
-  for (const basis::MaterialFile& file : input.files) {
+  require_label(options.source);
+  TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
+  for (basis::MaterialFile& file : input.files) {
+    file.source = options.source;
     require_output(options.out, options.force, {file.path.string()});
   }
   const std::size_t fewest = options.append.empty() ? 2 : 1;
@@ -49,6 +75,12 @@ int train(Context& context, const Options& options) {
     old = basis::read_basis(options.append);
     require_appendable(*old, input, options.append);
   }
+  if (old && old->scale != input.scale) {
+    throw UsageError(
+        fmt::format("materials in scale {}, {} is in scale {}", brdf::to_string(input.scale),
+                    options.append, brdf::to_string(old->scale)),
+        fmt::format("--scale {} brings them there", brdf::to_string(old->scale)));
+  }
   for (std::size_t i = 0; i < input.size(); ++i) {
     report_conventions(context.console, input.material(i), Report::warnings);
   }
@@ -56,11 +88,6 @@ int train(Context& context, const Options& options) {
     const PhaseTimer timer(context.console, "reading materials");
     return load_training_set(input);
   }();
-  if (old && old->scale != set.scale()) {
-    throw UsageError(fmt::format("materials in scale {}, {} is in scale {}",
-                                 brdf::to_string(set.scale()), options.append,
-                                 brdf::to_string(old->scale)));
-  }
   context.check_stop();
   const int wanted = options.components > 0 ? options.components
                      : old                  ? old->component_count()
@@ -75,9 +102,9 @@ int train(Context& context, const Options& options) {
     const PhaseTimer timer(context.console, "writing the basis");
     basis::write_basis(options.out, basis, overwrite(options.force));
   }
-  context.console.say(fmt::format("{}: {} components of {} materials, scale {}", options.out,
+  context.console.say(fmt::format("{}: {} components of {} materials ({}), scale {}", options.out,
                                   basis.component_count(), basis.materials.size(),
-                                  brdf::to_string(basis.scale)));
+                                  sources_text(basis), brdf::to_string(basis.scale)));
   if (basis.component_count() < wanted) {
     context.console.say(
         fmt::format("  {} were asked for; {}", wanted,
@@ -115,6 +142,8 @@ void add_train(const Command& root) {
   command.texts("--exclude", options->excluded,
                 "Leave out materials by name, or \"family:NAME\" of built-in ones");
   add_scale_options(command, options->scale);
+  command.text("--source", options->source,
+               "Database the files come from, kept with the basis (default: their format's name)");
   command.force(options->force);
   command.on_call(options, train);
 }

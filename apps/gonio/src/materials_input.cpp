@@ -214,6 +214,7 @@ basis::TrainingSet load_training_set(const TrainingInput& input) {
   basis::TrainingSet set(input.scale);
   for (const brdf::BuiltinMaterial* material : input.builtins) {
     basis::MaterialId id{material->name, material->family, ""};
+    id.source = kBuiltin;
     if (input.scale == brdf::RadiometricScale::si) {
       set.add(std::move(id), *material->model);
       continue;

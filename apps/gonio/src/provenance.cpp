@@ -28,8 +28,17 @@ std::string basis_fingerprint(const basis::Basis& basis) {
   return hash.finish();
 }
 
+std::map<std::string, std::size_t> source_counts(const basis::Basis& basis) {
+  std::map<std::string, std::size_t> counts;
+  for (const basis::MaterialId& material : basis.materials) {
+    ++counts[material.source.empty() ? "unknown" : material.source];
+  }
+  return counts;
+}
+
 nlohmann::ordered_json basis_record(const basis::Basis& basis) {
   return {{"materials", basis.materials.size()},
+          {"sources", source_counts(basis)},
           {"components", basis.component_count()},
           {"fingerprint", basis_fingerprint(basis)}};
 }

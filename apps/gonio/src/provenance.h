@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -18,7 +20,10 @@ std::string version_text();
 /// Name and SHA-256 of an input file.
 nlohmann::ordered_json input_record(const std::filesystem::path& path);
 
-/// A basis in a few words: materials, components and a hash of them.
+/// How many materials of a basis come from each database; "unknown" where it does not say.
+std::map<std::string, std::size_t> source_counts(const basis::Basis& basis);
+
+/// A basis in a few words: materials, their sources, components and a hash of them.
 nlohmann::ordered_json basis_record(const basis::Basis& basis);
 
 /// Hash of names, values' hashes and spectrum: equal for equal training.

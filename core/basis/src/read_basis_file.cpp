@@ -283,6 +283,11 @@ std::vector<MaterialId> read_materials(const Reader& reader) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     materials[i] = {std::move(names[i]), std::move(families[i]), std::move(hashes[i])};
   }
+  if (reader.has(schema::kMaterialSources)) {
+    std::vector<std::string> sources = reader.texts(schema::kMaterialSources);
+    reader.expect_length(schema::kMaterialSources, sources.size(), materials.size());
+    for (std::size_t i = 0; i < sources.size(); ++i) materials[i].source = std::move(sources[i]);
+  }
   if (reader.has(schema::kMaterialScaleFactors)) read_scale_factors(reader, materials);
   return materials;
 }

@@ -10,6 +10,7 @@
 
 #include "cell_weights.h"
 #include "gonio/brdf/material_file.h"
+#include "gonio/brdf/merl_file.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
 #include "gonio/parallel/parallel.h"
@@ -91,6 +92,9 @@ void TrainingSet::add_files(std::span<const MaterialFile> files) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     ids[i].name = files[i].path.stem().string();
     ids[i].family = files[i].family;
+    ids[i].source = files[i].source.empty()
+                        ? std::string(to_string(brdf::material_format(files[i].path)))
+                        : files[i].source;
     const bool twice = std::any_of(ids.begin(), ids.begin() + static_cast<std::ptrdiff_t>(i),
                                    [&](const MaterialId& id) { return id.name == ids[i].name; });
     if (twice) {
@@ -114,7 +118,10 @@ void TrainingSet::add_files(std::span<const MaterialFile> files) {
     } catch (const std::invalid_argument& error) {
       throw DataFormatError(files[i].path, "as training material", error.what());
     }
-    ids[i].sha256 = files::sha256_of_file(files[i].path);
+    // A sidecar's sum has just been compared with the bytes; making it takes longer than the rest.
+    const bool merl = brdf::material_format(files[i].path) == brdf::MaterialFormat::merl;
+    const auto sidecar = merl ? brdf::read_merl_sidecar(files[i].path) : std::nullopt;
+    ids[i].sha256 = sidecar ? sidecar->binary_sha256 : files::sha256_of_file(files[i].path);
   });
 
   materials_.reserve(materials_.size() + files.size());

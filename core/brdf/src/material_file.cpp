@@ -24,6 +24,18 @@ ScatteredBrdf scattered(const std::filesystem::path& path, Symmetry symmetry) {
 
 }  // namespace
 
+std::string_view to_string(MaterialFormat format) {
+  switch (format) {
+    case MaterialFormat::merl:
+      return "merl";
+    case MaterialFormat::rgl:
+      return "rgl";
+    case MaterialFormat::cornell:
+      return "cornell";
+  }
+  throw std::invalid_argument("unknown material format");
+}
+
 MaterialFormat material_format(const std::filesystem::path& path) {
   const std::filesystem::path extension = path.extension();
   if (extension == ".bsdf") return MaterialFormat::rgl;

@@ -39,6 +39,7 @@ TEST(BasisFile, ReturnsWhatWasWritten) {
   const TemporaryFolder folder;
   Basis written = small_basis();
   written.materials[1].scale_factor = 2.75;
+  written.materials[1].source = "rgl";
   write_basis(folder / "a.h5", written);
   const Basis read = read_basis(folder / "a.h5");
   EXPECT_EQ(read.components, written.components);
@@ -50,6 +51,8 @@ TEST(BasisFile, ReturnsWhatWasWritten) {
   ASSERT_EQ(read.materials.size(), 3u);
   EXPECT_EQ(read.materials[0].scale_factor, 1.0);
   EXPECT_EQ(read.materials[1].scale_factor, 2.75);
+  EXPECT_EQ(read.materials[0].source, "");
+  EXPECT_EQ(read.materials[1].source, "rgl");
   EXPECT_EQ(read.materials[2].name, "lobe-3");
   EXPECT_EQ(read.materials[2].family, "odd");
   EXPECT_EQ(read.materials[2].sha256, written.materials[2].sha256);
@@ -283,6 +286,16 @@ const std::vector<Damage>& damages() {
          H5Tclose(type);
        },
        {"material_families", "bytes"}},
+      {"sources of fewer materials",
+       [](hid_t f) {
+         const hid_t type = H5Tcopy(H5T_C_S1);
+         H5Tset_size(type, 3);
+         H5Tset_cset(type, H5T_CSET_UTF8);
+         H5Tset_strpad(type, H5T_STR_NULLPAD);
+         replace_by_claim(f, "material_sources", type, {2});
+         H5Tclose(type);
+       },
+       {"material_sources"}},
       {"link to another file",
        [](hid_t f) {
          delete_link(f, "components");

@@ -159,6 +159,7 @@ TEST(TrainingSet, BringsFilesOfAnotherScaleToItsOwnWhenToldHow) {
               HasSubstr("radiometric scale merl, expected si"));
   set.add_files(std::vector<MaterialFile>{{folder / "merl.binary", "", 2.0},
                                           {folder / "si.binary", "", 2.0}});
+  EXPECT_EQ(set.materials()[0].source, "merl") << "the format's name when nothing else is said";
   EXPECT_EQ(set.materials()[0].scale_factor, 2.0);
   EXPECT_EQ(set.materials()[1].scale_factor, 1.0) << "it has the set's scale already";
   for (std::size_t i = 0; i < set.cells().size(); i += 1009) {

@@ -20,6 +20,8 @@ struct MaterialId {
   std::string sha256;  ///< of the file, or of the tabulated values of a built-in one
   /// What its values were multiplied by to be in the set's radiometric scale; 1: they were.
   double scale_factor = 1.0;
+  std::string source =
+      {};  ///< database it comes from, such as merl, rgl, builtin; empty when unknown
 };
 
 /// A file to train on, in any format of brdf::read_material().
@@ -28,6 +30,7 @@ struct MaterialFile {
   std::string family;
   /// Brings its values to the set's scale when it has another; empty: another scale is refused.
   std::optional<double> scale_factor = std::nullopt;
+  std::string source = {};  ///< empty: the name of the file's format
 };
 
 /// Mapped training data: three rows (R, G, B) per material, one column per lattice cell above the

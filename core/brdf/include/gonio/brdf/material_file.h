@@ -17,6 +17,9 @@ enum class MaterialFormat {
   cornell  ///< .brdf: cornell_file.h
 };
 
+/// "merl", "rgl", "cornell"
+std::string_view to_string(MaterialFormat format);
+
 MaterialFormat material_format(const std::filesystem::path& path);
 
 /// Extensions a folder is searched for, with the dot: ".binary", ".bsdf", ".brdf".
