@@ -9,6 +9,7 @@
 
 namespace gonio::basis {
 
+/// As good as more for ten points; patches gain little (docs/results.md, "How many components").
 constexpr int kDefaultComponents = 80;
 
 using RowMajorMatrixXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
