@@ -79,7 +79,7 @@ struct Fit {
 ///          combination of training rows.
 /// auto     Several strengths of the kernel, none among them, at two model noises; each is weighed
 ///          by how well it predicts the training materials that look like this one without their
-///          own rows. Papers and cloth come out near ridge, metals and plastics near the kernel.
+///          own rows.
 /// R        Mapped domain: diag(sigma_x^2 + model_eta/m), and for the samples of one pose what they
 ///          share: u_common, and the error of each angle times the slope of the current fit along
 ///          it (a pose has one position, whatever the number of its sub-samples). With options.eta:
