@@ -1,5 +1,7 @@
 #include "gonio/design/criteria.h"
 
+#include <cblas.h>
+
 #include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -21,6 +23,16 @@ void require_positive(double eta) {
     throw std::invalid_argument("design: eta is " + std::to_string(eta) +
                                 ", expected above 0 and finite");
   }
+}
+
+/// Through BLAS: Eigen's own product is built for the least processor.
+Eigen::MatrixXd product(const Eigen::Ref<const Eigen::MatrixXd>& a, const Eigen::MatrixXd& b) {
+  Eigen::MatrixXd result(a.rows(), b.cols());
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, static_cast<int>(a.rows()),
+              static_cast<int>(b.cols()), static_cast<int>(a.cols()), 1.0, a.data(),
+              static_cast<int>(a.outerStride()), b.data(), static_cast<int>(b.rows()), 0.0,
+              result.data(), static_cast<int>(result.rows()));
+  return result;
 }
 
 void require_columns(const Eigen::MatrixXd& rows, Eigen::Index k, const char* what) {
@@ -90,9 +102,29 @@ double xu_metric(const Eigen::MatrixXd& rows, const Eigen::VectorXd& singular_va
   require_columns(rows, left_vectors.cols(), "left vectors");
   const double m = static_cast<double>(left_vectors.rows());
   const double left_out = singular_values.tail(singular_values.size() - k).squaredNorm() / m;
-  const Eigen::MatrixXd scaled_open = singular_values.head(k).asDiagonal() * open_share(rows, eta);
-  const Eigen::MatrixXd errors = left_vectors.leftCols(k) * scaled_open.transpose();
-  return (errors.rowwise().squaredNorm().array() + left_out).sqrt().mean();
+  const auto left = left_vectors.leftCols(k);
+  const Eigen::VectorXd squares = singular_values.head(k).array().square();
+  if (rows.rows() >= k || rows.rows() == 0) {
+    const Eigen::MatrixXd scaled_open =
+        singular_values.head(k).asDiagonal() * open_share(rows, eta);
+    const Eigen::MatrixXd errors = left * scaled_open.transpose();
+    return (errors.rowwise().squaredNorm().array() + left_out).sqrt().mean();
+  }
+  // M = I - C^T C with C of n rows: what n samples take off every row's square, n products each.
+  require_positive(eta);
+  Eigen::MatrixXd gram = rows * rows.transpose();
+  gram.diagonal().array() += eta;
+  const Eigen::MatrixXd known = gram.llt().matrixL().solve(rows);
+  const Eigen::Index n = rows.rows();
+  Eigen::MatrixXd sides(k, 2 * n);
+  sides.leftCols(n) = known.transpose();
+  sides.rightCols(n) = squares.asDiagonal() * known.transpose();
+  const Eigen::MatrixXd shares = product(left, sides);
+  const Eigen::MatrixXd bend = known * sides.rightCols(n);
+  const Eigen::VectorXd whole = left.cwiseAbs2() * squares;
+  const Eigen::MatrixXd bent = 2.0 * shares.rightCols(n) - shares.leftCols(n) * bend;
+  const Eigen::VectorXd taken = shares.leftCols(n).cwiseProduct(bent).rowwise().sum();
+  return ((whole - taken).array() + left_out).max(0.0).sqrt().mean();
 }
 
 DesignFigures assess(const basis::Basis& basis, const Eigen::MatrixXd& rows,

@@ -143,6 +143,7 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
     const basis::RowMajorMatrixXf selected = rows_of(rows, selection);
     ExchangePool pool(last ? rows : selected, selection, importance, candidates, options, gate);
     for (std::size_t i = 0; i < trials.size(); ++i) {
+      if (last) pool.descend(trials[i], stop);
       pool.exchange(trials[i], stop, [&](std::size_t tried, double value) {
         const double part =
             (static_cast<double>(i) + share_of(tried)) / static_cast<double>(trials.size());

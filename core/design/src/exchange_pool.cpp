@@ -1,15 +1,21 @@
 #include "exchange_pool.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "gonio/random/stream.h"
+#include "lattice_moves.h"
 
 namespace gonio::design {
 namespace {
 
 // A swap must lower the criterion by more than single precision can imagine.
 constexpr double kLeastImprovement = 1e-6;
+// Lattice indices a sample moves at once before all cells are looked at, and rounds of it.
+constexpr std::array<int, 3> kDescentSteps = {4, 2, 1};
+constexpr int kMostDescents = 60;
 
 /// One figure per row of a pool, from one per cell.
 std::vector<float> of_cells(const std::vector<float>& values,
@@ -68,6 +74,50 @@ Trial ExchangePool::random_start(std::uint64_t start) {
   for (const std::size_t member : members) trial.cells.push_back(cell_of(member));
   trial.value = value_of(members);
   return trial;
+}
+
+void ExchangePool::descend(Trial& trial, const std::stop_token& stop) {
+  if (!cells_.empty() || field_.size() != basis_cell_count()) return;
+  Members members(trial.cells.begin(), trial.cells.end());
+  bool moved = true;
+  for (int round = 0; moved && round < kMostDescents; ++round) {
+    moved = false;
+    for (std::size_t at = 0; at < members.size(); ++at) {
+      if (stop.stop_requested()) return;
+      std::vector<std::uint32_t> near;
+      for (const int step : kDescentSteps) {
+        for (const std::uint32_t cell : neighbours(trial.cells[at], step)) {
+          if (allowed_[cell] != 0 &&
+              std::find(members.begin(), members.end(), cell) == members.end()) {
+            near.push_back(cell);
+          }
+        }
+      }
+      if (near.empty()) continue;
+      Members others = members;
+      others.erase(others.begin() + static_cast<std::ptrdiff_t>(at));
+      basis::RowMajorMatrixXf rows(static_cast<Eigen::Index>(near.size()), rows_.cols());
+      for (std::size_t i = 0; i < near.size(); ++i) {
+        rows.row(static_cast<Eigen::Index>(i)) = rows_.row(near[i]);
+      }
+      CandidateField field(rows, importance_, options_.criterion, options_.eta,
+                           of_cells(candidates_.noise, near), of_cells(candidates_.penalty, near));
+      field.reset(open_after(others));
+      field.scan({}, nullptr, std::vector<std::uint8_t>(near.size(), 1), criterion_of(others));
+      const std::size_t best = near[field.best()];
+      if (!usable(best)) continue;
+      const std::size_t old = std::exchange(members[at], best);
+      const double value = value_of(members);
+      if (trial.value - value > kLeastImprovement * std::abs(trial.value)) {
+        trial.value = value;
+        trial.cells[at] = cell_of(best);
+        ++trial.exchanges;
+        moved = true;
+      } else {
+        members[at] = old;
+      }
+    }
+  }
 }
 
 void ExchangePool::exchange(Trial& trial, const std::stop_token& stop, const TrialCallback& tell) {

@@ -40,6 +40,10 @@ class ExchangePool {
   /// Drawn evenly from the pool, which must have enough usable candidates.
   Trial random_start(std::uint64_t start);
 
+  /// Moves each sample over the lattice while that helps: cheap, and the exchange over all cells
+  /// then has little left to do. Nothing for a pool of some cells, or of rows that are no lattice.
+  void descend(Trial& trial, const std::stop_token& stop);
+
   /// Drops one after another and takes the best in its place until a whole round changes nothing,
   /// or until asked to stop. The trial's cells must be in the pool.
   void exchange(Trial& trial, const std::stop_token& stop, const TrialCallback& tell);

@@ -131,6 +131,17 @@ TEST(XuMetric, EqualsTheDenseDefinition) {
 }
 
 // Without samples the error is the training set itself.
+TEST(XuMetric, IsTheSameFromFewAndFromManySamples) {
+  // The two ways of working it out meet where samples that say nothing are added.
+  const SmallTraining training;
+  const Eigen::MatrixXd few = training.q.topRows(4);
+  Eigen::MatrixXd many = Eigen::MatrixXd::Zero(13, 11);
+  many.topRows(4) = few;
+  const double expected = xu_metric(many, training.singular, training.left, 2.5);
+  EXPECT_NEAR(xu_metric(few, training.singular, training.left, 2.5), expected,
+              kRounding * expected);
+}
+
 TEST(XuMetric, CountsWhatACutBasisLeavesOut) {
   const SmallTraining training;
   const double whole = xu_metric(Eigen::MatrixXd(0, 11), training.singular, training.left, 1.0);

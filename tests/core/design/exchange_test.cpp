@@ -10,6 +10,7 @@
 
 #include "design_fixture.h"
 #include "gonio/parallel/parallel.h"
+#include "wavy_basis.h"
 
 namespace gonio::design {
 namespace {
@@ -132,6 +133,28 @@ TEST_P(ExchangeCriteria, LeavesNoSwapThatHelps) {
       ASSERT_GT(criterion_value(GetParam(), rows_of(rows, swapped), importance, kEta),
                 design.value - kLeastImprovement * std::abs(design.value))
           << "sample " << i << " would better be cell " << cell;
+    }
+  }
+}
+
+// The whole lattice is first searched around each sample, then everywhere.
+TEST(Exchange, EndsWhereNoCellOfTheLatticeIsBetter) {
+  const basis::RowMajorMatrixXf& rows = wavy_basis().components;
+  Candidates candidates;
+  candidates.allowed.assign(static_cast<std::size_t>(rows.rows()), 1);
+  std::fill(candidates.allowed.begin() + 300000, candidates.allowed.begin() + 600000, 0);
+  ExchangeOptions options = options_for(5);
+  options.starts = 2;
+  const Design design = exchange(rows, importance(), candidates, options);
+  ASSERT_THAT(design.cells, SizeIs(5));
+  for (const std::uint32_t cell : design.cells) EXPECT_EQ(candidates.allowed[cell], 1);
+  for (std::size_t i = 0; i < design.cells.size(); ++i) {
+    std::vector<std::uint32_t> swapped = design.cells;
+    for (std::uint32_t cell = static_cast<std::uint32_t>(i); cell < 1096216; cell += 173) {
+      if (candidates.allowed[cell] == 0) continue;
+      swapped[i] = cell;
+      ASSERT_GT(criterion_value(Criterion::bayes_a, rows_of(rows, swapped), importance(), kEta),
+                design.value * (1.0 - kLeastImprovement));
     }
   }
 }
