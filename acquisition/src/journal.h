@@ -23,8 +23,8 @@ class Journal {
   /// Opens for reading; a log left by a killed writer is taken into account.
   static Journal open(const std::filesystem::path& path);
 
-  /// Folds the log into the main file, so that the finished journal can be read where nothing may be
-  /// written.
+  /// Folds the log into the main file, so that the finished journal can be read where nothing may
+  /// be written.
   void close_log();
 
   /// Adds a row with its checksum, durable on return.

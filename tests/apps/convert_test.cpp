@@ -27,7 +27,8 @@ class Convert : public testing::Test {
   TemporaryFolder folder;
 };
 
-/// Weighted log RMSE that a gloss paint may lose on a warped grid of 64 x 64 for lights 3 deg apart.
+/// Weighted log RMSE that a gloss paint may lose on a warped grid of 64 x 64 for lights 3 deg
+/// apart.
 constexpr double kResampled = 0.02;
 
 TEST_F(Convert, ToRglAndBackCostsLittle) {

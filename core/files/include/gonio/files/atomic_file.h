@@ -42,8 +42,8 @@ class AtomicFile {
   /// before commit(). Do not mix with write().
   const std::filesystem::path& temporary_path() const noexcept { return temporary_; }
 
-  /// Throws as write() would when the file could not grow to `bytes` now: disk, quota, or a limit on
-  /// the size of files. For libraries that do not survive it in the middle of their work. Holds
+  /// Throws as write() would when the file could not grow to `bytes` now: disk, quota, or a limit
+  /// on the size of files. For libraries that do not survive it in the middle of their work. Holds
   /// nothing back; only before anything is written.
   void require_room(std::uintmax_t bytes);
 

@@ -17,10 +17,10 @@ struct Sample {
   brdf::Rgb sigma_per_sr = brdf::Rgb::Zero();     ///< independent of all other samples
   brdf::Rgb u_common_per_sr = brdf::Rgb::Zero();  ///< common to all samples of the same pose
   Angle u_theta_h, u_theta_d, u_phi_d;
-  Angle kernel;       ///< angular spread (1 sd of theta_h) the value was averaged over
-  int pose = -1;      ///< samples with the same id are sub-samples of one frame; -1: each its own
-  /// Which part of the sample: number of the sub-sample in its frame's grid, row by row, the same in
-  /// every frame. -1: not known.
+  Angle kernel;   ///< angular spread (1 sd of theta_h) the value was averaged over
+  int pose = -1;  ///< samples with the same id are sub-samples of one frame; -1: each its own
+  /// Which part of the sample: number of the sub-sample in its frame's grid, row by row, the same
+  /// in every frame. -1: not known.
   int spot = -1;
   std::string flags;  ///< empty, or words separated by ';': saturated, dark, clipped ...
   std::vector<std::string> extra;  ///< text of SampleSet::extra_columns; empty: all blank
