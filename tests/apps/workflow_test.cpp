@@ -258,15 +258,16 @@ TEST_F(Workflow, SamplesAndEvaluatesMaterialsFromFiles) {
   run({"sample", "files/slate.binary", "--directions", "list.csv", "--rig", "rig.toml", "--noise",
        "0.01", "--seed", "3", "--out", "again.csv", "--threads", "1"});
   EXPECT_EQ(folder.read("again.csv"), samples);
-  const auto table =
-      nlohmann::json::parse(run({"evaluate", "files", "--samples", "4", "--folds", "3",
-                                 "--leave-one-out", "--weights", "image=0.5,uniform=0.5", "--json"})
-                                .out);
-  ASSERT_EQ(table.size(), 3U);
+  const auto table = nlohmann::json::parse(
+      run({"evaluate", "files", "--samples", "4,5", "--folds", "3", "--noise-common", "0.01",
+           "--leave-one-out", "--weights", "image=0.5,uniform=0.5", "--json"})
+          .out);
+  ASSERT_EQ(table.size(), 5U);
   EXPECT_EQ(table[0]["samples"], 4);
+  EXPECT_EQ(table[2]["samples"], 5);
   EXPECT_EQ(table[0]["materials"].size(), 6U);
   EXPECT_EQ(table[1]["method"], "4 chosen by leave-one-out");
-  EXPECT_EQ(table[2]["method"], "published ten, eta 40");
+  EXPECT_EQ(table[4]["method"], "published ten, eta 40");
   EXPECT_GT(table[0]["psnr_a_db"]["mean"].get<double>(), 5.0);
 }
 

@@ -14,6 +14,7 @@
 #include "json_text.h"
 #include "materials_input.h"
 #include "near_field_plan.h"
+#include "noise_options.h"
 #include "planning.h"
 
 namespace gonio::cli {
@@ -25,16 +26,16 @@ struct Options {
   ScaleWish scale;
   std::string directions;
   std::string siblings;
-  int samples = 10;
+  std::vector<int> samples = {10};
   int folds = 5;
   int components = basis::kDefaultComponents;
   double patch_mm = 0.0;
   int shots = 0;
   NearFieldWords camera;
-  double noise = 0.0;
-  double angle_error_deg = 0.0;
+  NoiseWords noise;
   std::uint64_t seed = 1;
   std::string weights = kDefaultWeights;
+  bool chosen_as_points = false;
   bool leave_one_out = false;
   bool trust = false;
   bool json = false;
@@ -125,11 +126,11 @@ int evaluate(Context& context, const Options& options) {
   }
   std::vector<quality::Contender> contenders;
   const quality::PatchGeometry patch = quality::PatchGeometry::of_half_width(options.patch_mm);
-  const auto add = [&](std::string label, std::vector<brdf::HalfDiff> directions, bool published) {
+  const auto add = [&](std::string label, int count, std::vector<brdf::HalfDiff> directions,
+                       bool published) {
     quality::Contender contender;
     contender.label = std::move(label);
-    contender.sample_count =
-        directions.empty() ? options.samples : static_cast<int>(directions.size());
+    contender.sample_count = directions.empty() ? count : static_cast<int>(directions.size());
     contender.directions = std::move(directions);
     if (published) {
       contender.reconstruct.method = basis::Method::nielsen;
@@ -138,32 +139,33 @@ int evaluate(Context& context, const Options& options) {
     }
     contenders.push_back(std::move(contender));
   };
-  add(fmt::format("chosen {}", options.samples), {}, false);
-  if (!patch.is_point()) {
-    add(fmt::format("{} chosen as points", options.samples), {}, false);
-    contenders.back().chosen_as_points = true;
-  }
-  if (options.leave_one_out) {
-    add(fmt::format("{} chosen by leave-one-out", options.samples), {}, false);
-    contenders.back().chosen_as_points = true;
-    contenders.back().leave_one_out_design = true;
+  for (const int count : options.samples) {
+    add(fmt::format("chosen {}", count), count, {}, false);
+    if (options.chosen_as_points && !patch.is_point()) {
+      add(fmt::format("{} chosen as points", count), count, {}, false);
+      contenders.back().chosen_as_points = true;
+    }
+    if (options.leave_one_out) {
+      add(fmt::format("{} chosen by leave-one-out", count), count, {}, false);
+      contenders.back().chosen_as_points = true;
+      contenders.back().leave_one_out_design = true;
+    }
   }
   if (!options.directions.empty()) {
     const auto directions = usable_directions(context.console, options.directions);
-    add("given directions", directions, false);
-    add("given directions, published", directions, true);
+    add("given directions", 0, directions, false);
+    add("given directions, published", 0, directions, true);
   }
   if (options.shots > 0) {
     const auto near_field = [&](std::string label, std::vector<brdf::HalfDiff> shots) {
-      add(std::move(label), std::move(shots), false);
+      add(std::move(label), options.shots, std::move(shots), false);
       quality::Contender& contender = contenders.back();
-      if (contender.directions.empty()) contender.sample_count = options.shots;
       contender.near_field = near_field_setup(options.camera);
     };
     near_field(fmt::format("{} near-field shots", options.shots), {});
     near_field("published pair, near field", design::published_set("near-field-2").directions);
   }
-  add("published ten, eta 40", design::published_set("nielsen-10").directions, true);
+  add("published ten, eta 40", 0, design::published_set("nielsen-10").directions, true);
 
   const basis::TrainingSet set = [&] {
     const PhaseTimer timer(context.console, "reading materials");
@@ -172,8 +174,7 @@ int evaluate(Context& context, const Options& options) {
   quality::EvaluateOptions how;
   how.folds = options.folds;
   how.components = options.components;
-  how.noise.relative = options.noise;
-  how.noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);
+  how.noise = synthetic_noise(options.noise);
   how.seed = options.seed;
   how.importance = importance_blend(options.weights);
   how.trust = options.trust;
@@ -207,6 +208,7 @@ int evaluate(Context& context, const Options& options) {
                                       {"psnr_b_db", score.errors.lighting_b.psnr_db},
                                       {"weighted_log_rmse", score.errors.lattice.weighted_log_rmse},
                                       {"grazing_log_rmse", score.errors.lattice.grazing_log_rmse},
+                                      {"grazing_log_bias", score.errors.lattice.grazing_log_bias},
                                       {"raw_rmse_per_sr", score.errors.lattice.raw_rmse_per_sr}};
         if (score.trust) {
           one["coverage_68"] = score.trust->coverage.in_68;
@@ -224,6 +226,7 @@ int evaluate(Context& context, const Options& options) {
                       {"psnr_b_db", summary_json(result.psnr_b_db())},
                       {"weighted_log_rmse", summary_json(result.weighted_log_rmse())},
                       {"grazing_log_rmse", summary_json(result.grazing_log_rmse())},
+                      {"grazing_log_bias", summary_json(result.grazing_log_bias())},
                       {"raw_rmse_per_sr", summary_json(result.raw_rmse_per_sr())},
                       {"mean_delta_e_a", summary_json(result.mean_delta_e())},
                       {"materials", materials}});
@@ -234,14 +237,14 @@ int evaluate(Context& context, const Options& options) {
   std::string text =
       fmt::format("{} materials, {} folds, each material left out of basis and design\n",
                   set.material_count(), options.folds);
-  text += fmt::format("{:<30} {:>7} {:>7} {:>7} {:>9} {:>9} {:>6}\n", "", "PSNR A", "10 %",
-                      "PSNR B", "log RMSE", "grazing", "dE00");
+  text += fmt::format("{:<30} {:>7} {:>7} {:>7} {:>9} {:>9} {:>8} {:>6}\n", "", "PSNR A", "10 %",
+                      "PSNR B", "log RMSE", "grazing", "its bias", "dE00");
   for (const quality::ContenderResult& result : *results) {
     const quality::Summary psnr = result.psnr_a_db();
-    text += fmt::format("{:<30} {:7.2f} {:7.2f} {:7.2f} {:9.4f} {:9.4f} {:6.2f}\n",
-                        result.contender.label, psnr.mean, psnr.tenth_percentile,
-                        result.psnr_b_db().mean, result.weighted_log_rmse().mean,
-                        result.grazing_log_rmse().mean, result.mean_delta_e().mean);
+    text += fmt::format(
+        "{:<30} {:7.2f} {:7.2f} {:7.2f} {:9.4f} {:9.4f} {:+8.4f} {:6.2f}\n", result.contender.label,
+        psnr.mean, psnr.tenth_percentile, result.psnr_b_db().mean, result.weighted_log_rmse().mean,
+        result.grazing_log_rmse().mean, result.grazing_log_bias().mean, result.mean_delta_e().mean);
   }
   for (const quality::ContenderResult& result : *results) text += trust_text(result);
   context.console.result(text);
@@ -259,7 +262,8 @@ void add_evaluate(const Command& root) {
       "FILES_OR_DIRS", options->inputs,
       "Material files (.binary, .bsdf, .brdf), folders of them, \"builtin\" or \"builtin:NAME\"",
       Need::required);
-  command.integer("--samples", options->samples, 1, 1000, "Directions to choose per fold");
+  command.integers("--samples", options->samples, 1, 1000,
+                   "Directions to choose per fold; several numbers: each is scored");
   command.integer("--folds", options->folds, 2, 100000, "Parts the materials are split into");
   command.integer("--components", options->components, 1, 10000, "Of the basis");
   command.text("--directions", options->directions,
@@ -270,15 +274,15 @@ void add_evaluate(const Command& root) {
   command.number("--patch", options->patch_mm, 0.0, 500.0,
                  "Half width of the sample in mm whose directions every pose sees; 0: points");
   command.text("--weights", options->weights, "Where errors matter, as for plan");
+  command.flag("--chosen-as-points", options->chosen_as_points,
+               "Score poses of patches chosen by their centres alone as well");
   command.flag("--leave-one-out", options->leave_one_out,
                "Score directions chosen by the objective loo as well");
   add_scale_options(command, options->scale);
   command.integer("--shots", options->shots, 0, 20,
                   "Score this many near-field shots as well, and the published pair");
   command.number("--fov", options->camera.fov_deg, 1.0, 120.0, "Of the shots, degrees");
-  command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
-  command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
-                 "Standard deviation of the normal's tilt, degrees per axis");
+  add_noise_options(command, options->noise);
   command.seed(options->seed, "Of search and noise");
   command.flag("--trust", options->trust,
                "Also how often bands hold the truth and whether failures were flagged");

@@ -5,6 +5,7 @@
 #include "gonio/quality/synthetic_samples.h"
 #include "materials_input.h"
 #include "near_field_plan.h"
+#include "noise_options.h"
 #include "outputs.h"
 #include "patch_geometry.h"
 
@@ -19,8 +20,7 @@ struct Options {
   std::string rig;
   bool near_field = false;
   NearFieldWords camera;
-  double noise = 0.0;
-  double angle_error_deg = 0.0;
+  NoiseWords noise;
   std::uint64_t seed = 1;
   bool force = false;
 };
@@ -37,9 +37,7 @@ int sample(Context& context, const Options& options) {
   const NamedMaterial named = named_material(options.material);
   report_conventions(context.console, named, Report::warnings);
   const SampleMaterial material = load_sample(named);
-  quality::SyntheticNoise noise;
-  noise.relative = options.noise;
-  noise.normal_tilt = Angle::from_degrees(options.angle_error_deg);
+  const quality::SyntheticNoise noise = synthetic_noise(options.noise);
   const samples::SampleSet set = blame(options.directions, [&] {
     if (options.near_field) {
       return quality::near_field_samples(*material.model, material.scale, directions,
@@ -63,9 +61,7 @@ void add_sample(const Command& root) {
   command.text("MATERIAL", options->material, "Material file or builtin:NAME", Need::required);
   command.text("--directions", options->directions, "CSV file or a published set", Need::required);
   command.text("--out", options->out, "Samples to write (CSV)", Need::required);
-  command.number("--noise", options->noise, 0.0, 1.0, "Relative standard deviation per value");
-  command.number("--angle-error", options->angle_error_deg, 0.0, 10.0,
-                 "Standard deviation of the normal's tilt, degrees per axis");
+  add_noise_options(command, options->noise);
   command.text("--rig", options->rig, "Sub-samples per pose, as this rig would see them");
   command.flag("--near-field", options->near_field,
                "The directions are centres of photographs taken from near");

@@ -59,6 +59,9 @@ class Command {
              Need need = Need::optional) const;
   void integer(const std::string& name, int& value, int min, int max,
                const std::string& help) const;
+  /// One or several, separated by commas.
+  void integers(const std::string& name, std::vector<int>& values, int min, int max,
+                const std::string& help) const;
   void number(const std::string& name, double& value, double min, double max,
               const std::string& help) const;
   void seed(std::uint64_t& value, const std::string& help) const;

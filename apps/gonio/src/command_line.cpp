@@ -140,6 +140,12 @@ void Command::integer(const std::string& name, int& value, int min, int max,
        value != 0);
 }
 
+void Command::integers(const std::string& name, std::vector<int>& values, int min, int max,
+                       const std::string& help) const {
+  mark(app_->add_option(name, values, help)->delimiter(',')->check(CLI::Range(min, max)),
+       Need::optional, !values.empty());
+}
+
 void Command::number(const std::string& name, double& value, double min, double max,
                      const std::string& help) const {
   mark(app_->add_option(name, value, help)->check(CLI::Range(min, max)), Need::optional,
