@@ -10,13 +10,13 @@ set -eu
 
 merl=$1
 out=$2
-gonio=${GONIO:-gonio}
 draws=${DRAWS:-5}
 here=$(cd "$(dirname "$0")" && pwd)
 rig=$here/../../rigs/simulated.toml
 mkdir -p "$out"
 work=$(mktemp -d "$out/work.XXXXXX")
 trap 'rm -rf "$work"' EXIT
+. "$here/common.sh"
 
 # The directions of the seed report, as printed but for (2.84, 89, 15), which is below the horizon.
 seed_nine=$work/seed-nine.csv
@@ -33,19 +33,6 @@ theta_h_deg,theta_d_deg,phi_d_deg
 1.87,50,70
 CSV
 
-# The number behind a key of a --json answer on standard input.
-number() { sed -n "s/.*\"$1\": *\([-+0-9.eE]*\).*/\1/p"; }
-
-# scores TRUTH FOUND: raw RMSE, weighted log RMSE, grazing RMSE and bias, PSNR A, B, dE00 on a line.
-scores() {
-  "$gonio" compare "$1" "$2" --json > "$work/compare.json"
-  for key in raw_rmse_per_sr weighted_log_rmse grazing_log_rmse grazing_log_bias psnr_a_db \
-    psnr_b_db mean_delta_e_a; do
-    number $key < "$work/compare.json"
-  done | tr '\n' ' '
-  echo
-}
-
 # The mean of the lines of scores() as a table row that begins with the words given.
 row() {
   awk -v head="$1" '{ for (i = 1; i <= NF; ++i) sum[i] += $i }
@@ -59,15 +46,13 @@ measure() {
   shift 4
   truth=$merl/$name.binary
   "$gonio" sample "$truth" --directions "$directions" "$@" --out "$work/s.csv" --force -q
-  "$gonio" reconstruct "$work/s.csv" --basis "$work/basis.h5" --method "$method" \
-    --out "$work/$label.binary" --force -q
+  reconstruct "$work/s.csv" --basis "$work/basis.h5" --method "$method" --out "$work/$label.binary"
   scores "$truth" "$work/$label.binary" | row "| $label, $method" >> "$work/exact.rows"
   draw=1
   while [ "$draw" -le "$draws" ]; do
     "$gonio" sample "$truth" --directions "$directions" "$@" --noise 0.03 --angle-error 0.05 \
       --seed "$draw" --out "$work/s.csv" --force -q
-    "$gonio" reconstruct "$work/s.csv" --basis "$work/basis.h5" --method "$method" \
-      --out "$work/noisy.binary" --force -q
+    reconstruct "$work/s.csv" --basis "$work/basis.h5" --method "$method" --out "$work/noisy.binary"
     scores "$truth" "$work/noisy.binary"
     draw=$((draw + 1))
   done | row "| $label, $method" >> "$work/noisy.rows"
@@ -81,9 +66,8 @@ snapped() {
     /^#/ || /theta_h/ { print; next }
     { $1 = 90 * ((int(90 * sqrt($1 / 90)) + 0.5) / 90) ^ 2; $2 = cell($2); $3 = cell($3); print }
     ' "$work/s.csv" > "$work/snapped.csv"
-  "$gonio" reconstruct "$work/snapped.csv" --basis "$work/basis.h5" --out "$work/noisy.binary" \
-    --force -q
-  scores "$merl/$1.binary" "$work/noisy.binary" | row "| $2 snapped to cells, ridge" \
+  reconstruct "$work/snapped.csv" --basis "$work/basis.h5" --out "$work/noisy.binary"
+  scores "$merl/$1.binary" "$work/noisy.binary" | row "| $2 snapped to cells, auto" \
     >> "$work/exact.rows"
 }
 
@@ -104,7 +88,8 @@ for name in green-plastic alum-bronze light-red-paint; do
         --out "$work/list.csv" --force -q
     done
     echo "ours:"
-    "$gonio" plan --basis "$work/basis.h5" --samples 10 --explain --out "$work/ours.csv" --force -q
+    "$gonio" plan --basis "$work/basis.h5" --samples 10 --patch 0 --explain --out "$work/ours.csv" \
+      --force -q
     sed '/^#/d' "$work/ours.csv"
     echo "ours-for-the-rig:"
     "$gonio" plan --basis "$work/basis.h5" --samples 10 --rig "$rig" --explain \
@@ -113,14 +98,15 @@ for name in green-plastic alum-bronze light-red-paint; do
 
   measure $name published-ten nielsen-10 nielsen
   picture $name published-ten
-  measure $name published-ten nielsen-10 ridge
+  measure $name published-ten nielsen-10 auto
   measure $name seed-nine "$seed_nine" nielsen
   picture $name seed-nine
-  measure $name seed-nine "$seed_nine" ridge
+  measure $name seed-nine "$seed_nine" auto
   measure $name ours "$work/ours.csv" ridge
+  measure $name ours "$work/ours.csv" auto
   picture $name ours
-  measure $name ours-for-the-rig "$work/rig.csv" ridge
-  measure $name ours-for-the-rig-patches "$work/rig.csv" ridge --rig "$rig"
+  measure $name ours-for-the-rig "$work/rig.csv" auto --rig "$rig"
+  picture $name ours-for-the-rig
   snapped $name published-ten nielsen-10
   snapped $name seed-nine "$seed_nine"
   {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <functional>
 #include <limits>
@@ -57,12 +58,13 @@ class ConfigVisitor {
                 std::string_view comment) {
     constexpr double kTick =
         static_cast<double>(Duration::period::num) / static_cast<double>(Duration::period::den);
-    double in_units = static_cast<double>(value.count()) * kTick / unit_s;
+    // A whole number, so that 50 us are not written as 50.00000000000001.
+    const double ticks_per_unit = std::round(unit_s / kTick);
+    double in_units = static_cast<double>(value.count()) / ticks_per_unit;
     const double before = in_units;
     number(key, in_units, range, comment);
     if (in_units != before) {
-      const double ticks = in_units * unit_s / kTick;
-      value = Duration(static_cast<typename Duration::rep>(ticks + 0.5));
+      value = Duration(static_cast<typename Duration::rep>(in_units * ticks_per_unit + 0.5));
     }
   }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "failures.h"
+#include "gonio/report/escaped.h"
 
 namespace gonio::cli {
 namespace {
@@ -15,26 +16,6 @@ void require_plain(const std::string& name) {
           "scene file cannot hold");
     }
   }
-}
-
-std::string xml_escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
 }
 
 }  // namespace
@@ -84,7 +65,7 @@ std::string mitsuba_scene(const std::string& bsdf_name) {
   </shape>
 </scene>
 )",
-                     xml_escaped(bsdf_name));
+                     report::escaped(bsdf_name));
 }
 
 std::string pbrt_scene(const std::string& bsdf_name, const std::string& image_name) {

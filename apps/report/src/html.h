@@ -6,12 +6,9 @@
 #include <string_view>
 
 #include "gonio/render/image.h"
+#include "gonio/report/escaped.h"
 
 namespace gonio::report {
-
-/// Text made safe for element content and quoted attributes: & < > " ' as entities, control
-/// characters and bytes that are not UTF-8 as U+FFFD.
-std::string escaped(std::string_view text);
 
 std::string base64(std::span<const std::byte> bytes);
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "gonio/parallel/parallel.h"
@@ -14,7 +13,6 @@ namespace gonio::design {
 namespace {
 
 constexpr std::size_t kBlock = 2048;  // 650 kB of rows at k = 80: stays in a core's cache
-constexpr float kNone = -std::numeric_limits<float>::infinity();
 
 Change change_of(Criterion criterion, double beta, const Eigen::VectorXd& h,
                  const Eigen::MatrixXd& open, const Eigen::MatrixXd& importance) {
@@ -74,8 +72,7 @@ CandidateField::CandidateField(const basis::RowMajorMatrixXf& rows,
       price_(penalty.size()),
       second_order_(criterion == Criterion::xu_squared),
       figures_((second_order_ ? 4 : 2) * size()),
-      gains_(size(), kNone),
-      block_best_((size() + kBlock - 1) / kBlock) {
+      gains_(size(), kBlock) {
   std::transform(penalty.begin(), penalty.end(), price_.begin(),
                  [](float share) { return std::exp(share); });
 }
@@ -157,7 +154,7 @@ void CandidateField::scan(const std::vector<Change>& changes, const Change* tria
     std::vector<float> tried_products(per_change);
     for (std::size_t i = from; i < to; ++i) {
       if (allowed[i] == 0) {  // never allowed again: its figures may go stale
-        gains_[i] = kNone;
+        gains_[i] = BlockBest::kNone;
         continue;
       }
       const float* row = rows_.data() + i * k;
@@ -187,33 +184,8 @@ void CandidateField::scan(const std::vector<Change>& changes, const Change* tria
       }
       gains_[i] = static_cast<float>(gained);
     }
-    find_block_best(from / kBlock);
+    gains_.settle(from);
   });
-}
-
-void CandidateField::find_block_best(std::size_t block) {
-  const std::size_t from = block * kBlock;
-  const std::size_t to = std::min(size(), from + kBlock);
-  const auto first = gains_.begin() + static_cast<std::ptrdiff_t>(from);
-  const auto best = std::max_element(first, gains_.begin() + static_cast<std::ptrdiff_t>(to));
-  block_best_[block] = from + static_cast<std::size_t>(best - first);
-}
-
-std::size_t CandidateField::best() const {
-  std::size_t found = size();
-  float gain = kNone;
-  for (const std::size_t candidate : block_best_) {
-    if (gains_[candidate] > gain) {
-      gain = gains_[candidate];
-      found = candidate;
-    }
-  }
-  return found;
-}
-
-void CandidateField::dismiss(std::size_t candidate) {
-  gains_[candidate] = kNone;
-  find_block_best(candidate / kBlock);
 }
 
 }  // namespace gonio::design

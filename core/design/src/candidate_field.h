@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "block_best.h"
 #include "gonio/basis/basis.h"
 #include "gonio/design/criteria.h"
 
@@ -53,9 +54,9 @@ class CandidateField {
 
   /// The candidate with the largest gain in the last scan, the lowest of equals; size() when none
   /// is left.
-  std::size_t best() const;
+  std::size_t best() const { return gains_.best(size()); }
   /// Takes a candidate out of the last scan.
-  void dismiss(std::size_t candidate);
+  void dismiss(std::size_t candidate) { gains_.dismiss(candidate); }
 
  private:
   struct Figures {
@@ -67,7 +68,6 @@ class CandidateField {
   template <typename Number>
   Figures after(const Figures& at, const Change& change, const Number* products) const;
   double gain(const Figures& at, std::size_t candidate) const;
-  void find_block_best(std::size_t block);
 
   const basis::RowMajorMatrixXf& rows_;
   basis::RowMajorMatrixXf importance_;
@@ -77,8 +77,7 @@ class CandidateField {
   std::vector<float> price_;     ///< exp(penalty)
   bool second_order_;            ///< s and z are kept
   std::vector<double> figures_;  ///< v, w (, s, z) per candidate
-  std::vector<float> gains_;
-  std::vector<std::size_t> block_best_;
+  BlockBest gains_;
 };
 
 }  // namespace gonio::design

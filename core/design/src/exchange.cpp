@@ -8,6 +8,7 @@
 
 #include "candidate_gate.h"
 #include "exchange_pool.h"
+#include "search_support.h"
 
 namespace gonio::design {
 namespace {
@@ -28,15 +29,11 @@ std::vector<std::uint32_t> allowed_cells(const CandidateGate& gate) {
   return allowed;
 }
 
-/// About `wanted` of the allowed cells at even distances, and those already chosen. The distance is
-/// a fraction, so that it does not fall into step with the 180 cells of a phi_d row.
-std::vector<std::uint32_t> even_selection(const std::vector<std::uint32_t>& allowed,
+/// An even selection of the allowed cells and those already chosen.
+std::vector<std::uint32_t> selection_with(const std::vector<std::uint32_t>& allowed,
                                           std::size_t wanted, const std::vector<Trial>& chosen) {
   if (allowed.size() <= wanted) return allowed;
-  std::vector<std::uint32_t> selection(wanted);
-  for (std::size_t i = 0; i < wanted; ++i) {
-    selection[i] = allowed[(2 * i + 1) * allowed.size() / (2 * wanted)];
-  }
+  std::vector<std::uint32_t> selection = even_selection(allowed, wanted);
   for (const Trial& trial : chosen) {
     selection.insert(selection.end(), trial.cells.begin(), trial.cells.end());
   }
@@ -52,12 +49,6 @@ basis::RowMajorMatrixXf rows_of(const basis::RowMajorMatrixXf& rows,
     selected.row(static_cast<Eigen::Index>(i)) = rows.row(cells[i]);
   }
   return selected;
-}
-
-void keep_best(std::vector<Trial>& trials, std::size_t count) {
-  std::stable_sort(trials.begin(), trials.end(),
-                   [](const Trial& a, const Trial& b) { return a.value < b.value; });
-  if (trials.size() > count) trials.resize(count);
 }
 
 }  // namespace
@@ -109,7 +100,7 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
   std::vector<Trial> trials;
   std::size_t wanted = std::max(options.start_candidates, 16 * count);
   for (;; wanted *= kLevelFactor) {
-    const std::vector<std::uint32_t> selection = even_selection(allowed, wanted, {});
+    const std::vector<std::uint32_t> selection = selection_with(allowed, wanted, {});
     const basis::RowMajorMatrixXf selected = rows_of(rows, selection);
     ExchangePool pool(selected, selection, importance, candidates, options, gate);
     Trial first = pool.greedy();
@@ -139,7 +130,7 @@ Design exchange(const basis::RowMajorMatrixXf& rows, const Eigen::MatrixXd& impo
     keep_best(trials, last ? polished : std::max<std::size_t>(polished, kKeptBetween));
     if (stop.stop_requested()) break;
     const std::vector<std::uint32_t> selection =
-        last ? std::vector<std::uint32_t>() : even_selection(allowed, wanted, trials);
+        last ? std::vector<std::uint32_t>() : selection_with(allowed, wanted, trials);
     const basis::RowMajorMatrixXf selected = rows_of(rows, selection);
     ExchangePool pool(last ? rows : selected, selection, importance, candidates, options, gate);
     for (std::size_t i = 0; i < trials.size(); ++i) {

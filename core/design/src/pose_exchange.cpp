@@ -5,6 +5,7 @@
 #include <string>
 
 #include "pose_pool.h"
+#include "search_support.h"
 
 namespace gonio::design {
 namespace {
@@ -17,16 +18,6 @@ constexpr double kUsualSweeps = 4.0;
 constexpr int kRefineReach = 3;
 constexpr int kRefineRounds = 4;
 
-std::vector<brdf::HalfDiff> even_selection(const std::vector<brdf::HalfDiff>& poses,
-                                           std::size_t wanted) {
-  if (poses.size() <= wanted) return poses;
-  std::vector<brdf::HalfDiff> selection(wanted);
-  for (std::size_t i = 0; i < wanted; ++i) {
-    selection[i] = poses[(2 * i + 1) * poses.size() / (2 * wanted)];
-  }
-  return selection;
-}
-
 std::vector<brdf::HalfDiff> neighbours(const std::vector<PoseMember>& members, double step_deg,
                                        const AllowedPose& allowed) {
   std::vector<brdf::HalfDiff> found;
@@ -35,12 +26,6 @@ std::vector<brdf::HalfDiff> neighbours(const std::vector<PoseMember>& members, d
     found.insert(found.end(), around.begin(), around.end());
   }
   return found;
-}
-
-void keep_best(std::vector<PoseTrial>& trials, std::size_t count) {
-  std::stable_sort(trials.begin(), trials.end(),
-                   [](const PoseTrial& a, const PoseTrial& b) { return a.value < b.value; });
-  if (trials.size() > count) trials.resize(count);
 }
 
 }  // namespace

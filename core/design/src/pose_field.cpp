@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <limits>
 
 #include "gonio/parallel/parallel.h"
 
@@ -14,7 +13,6 @@ using lanes::kLanes;
 using lanes::triangle;
 
 constexpr std::size_t kBlockGroups = 32;  // 256 poses: 490 kB of rows at q = 6, k = 80
-constexpr float kNone = -std::numeric_limits<float>::infinity();
 
 std::size_t groups_of(std::size_t poses) { return (poses + kLanes - 1) / kLanes; }
 
@@ -82,8 +80,7 @@ PoseField::PoseField(std::size_t poses, std::size_t rank, Eigen::MatrixXd import
       rows_(groups_of(poses) * kLanes * rank_ * k_),
       v_(groups_of(poses) * kLanes * triangle(rank_)),
       w_(v_.size()),
-      gains_(groups_of(poses) * kLanes, kNone),
-      block_best_((groups_of(poses) + kBlockGroups - 1) / kBlockGroups) {}
+      gains_(groups_of(poses) * kLanes, kBlockGroups * kLanes) {}
 
 /// Of row 0, component 0; a row is kLanes floats further, a component rank_ rows.
 std::size_t PoseField::first_entry(std::size_t pose) const {
@@ -172,37 +169,12 @@ void PoseField::scan(const std::vector<PoseChange>& changes, const PoseChange* t
             const std::size_t pose = group * kLanes + lane;
             // Not a number would win or lose every comparison; it is nobody's gain.
             if (pose >= poses_ || allowed[pose] == 0 || !(gains[lane] >= 0.0F)) {
-              gains[lane] = kNone;
+              gains[lane] = BlockBest::kNone;
             }
           }
         }
-        find_block_best(from / kBlockGroups);
+        gains_.settle(from * kLanes);
       });
-}
-
-void PoseField::find_block_best(std::size_t block) {
-  const std::size_t from = block * kBlockGroups * kLanes;
-  const std::size_t to = std::min(gains_.size(), from + kBlockGroups * kLanes);
-  const auto first = gains_.begin() + static_cast<std::ptrdiff_t>(from);
-  const auto best = std::max_element(first, gains_.begin() + static_cast<std::ptrdiff_t>(to));
-  block_best_[block] = from + static_cast<std::size_t>(best - first);
-}
-
-std::size_t PoseField::best() const {
-  std::size_t found = size();
-  float gain = kNone;
-  for (const std::size_t candidate : block_best_) {
-    if (gains_[candidate] > gain) {
-      gain = gains_[candidate];
-      found = candidate;
-    }
-  }
-  return found;
-}
-
-void PoseField::dismiss(std::size_t pose) {
-  gains_[pose] = kNone;
-  find_block_best(pose / (kBlockGroups * kLanes));
 }
 
 }  // namespace gonio::design

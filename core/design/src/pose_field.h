@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "block_best.h"
 #include "pose_lanes.h"
 
 namespace gonio::design {
@@ -48,13 +49,12 @@ class PoseField {
 
   /// The pose with the largest gain of the last scan, the lowest number among equals; size() when
   /// all are dismissed or not allowed.
-  std::size_t best() const;
+  std::size_t best() const { return gains_.best(size()); }
   double gain(std::size_t pose) const { return static_cast<double>(gains_[pose]); }
-  void dismiss(std::size_t pose);
+  void dismiss(std::size_t pose) { gains_.dismiss(pose); }
 
  private:
   std::size_t first_entry(std::size_t pose) const;
-  void find_block_best(std::size_t block);
 
   std::size_t poses_;
   std::size_t rank_;  ///< padded
@@ -63,8 +63,7 @@ class PoseField {
   std::vector<float> rows_;  ///< group, component, row, lane
   std::vector<float> v_;     ///< group, entry of the triangle, lane
   std::vector<float> w_;
-  std::vector<float> gains_;  ///< padded to whole groups
-  std::vector<std::size_t> block_best_;
+  BlockBest gains_;  ///< padded to whole groups
 };
 
 }  // namespace gonio::design

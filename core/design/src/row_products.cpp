@@ -3,14 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#if defined(__x86_64__) && defined(__GNUC__)
-#define GONIO_WITH_AVX2 1
-#define GONIO_TARGET_AVX2 __attribute__((target("avx2")))
-#else
-#define GONIO_WITH_AVX2 0
-#endif
-
-#define GONIO_INLINE inline __attribute__((always_inline))
+#include "gonio/parallel/avx2.h"
 
 namespace gonio::design {
 namespace {
