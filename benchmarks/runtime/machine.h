@@ -4,10 +4,14 @@
 #include <cblas.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -75,6 +79,25 @@ inline void measure(benchmark::State& state, double multiply_adds, double bytes,
       std::max(multiply_adds / machine().multiply_adds_per_s, bytes / machine().copied_bytes_per_s);
   if (floor > 0.0) {
     state.counters["of_floor"] = time.count() / static_cast<double>(state.iterations()) / floor;
+  }
+}
+
+/// Seconds that a line of Python prints; empty without numpy.
+inline double numpy_seconds(const std::string& program) {
+  const std::string command = "/usr/bin/python3 -c '" + program + "' 2>/dev/null";
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::array<char, 64> line{};
+  if (!pipe || std::fgets(line.data(), line.size(), pipe.get()) == nullptr) return 0.0;
+  return std::strtod(line.data(), nullptr);
+}
+
+/// Runs `work` and sets `of_numpy`: its time over `numpy` seconds, absent for 0.
+inline void compare(benchmark::State& state, double numpy, const std::function<void()>& work) {
+  const auto begin = std::chrono::steady_clock::now();
+  for (auto _ : state) work();
+  const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+  if (numpy > 0.0) {
+    state.counters["of_numpy"] = time.count() / static_cast<double>(state.iterations()) / numpy;
   }
 }
 

@@ -70,7 +70,7 @@ TEST(CommandLine, PrintsARigFileThatReadsBack) {
   const Ended example = run_gonio({"rig", "example"}, folder.path());
   EXPECT_EQ(example.exit_code, 0);
   // Times are whole numbers of their units, not what a division leaves.
-  EXPECT_THAT(example.out, HasSubstr("min_exposure_us = 50 "));
+  EXPECT_THAT(example.out, HasSubstr("min_exposure_us = 50\n"));
   folder.write("rig.toml", example.out);
   const Ended check = run_gonio({"rig", "check", "rig.toml"}, folder.path());
   EXPECT_EQ(check.exit_code, 0) << check.error;

@@ -116,7 +116,13 @@ void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>&
     const Eigen::VectorXd b = prior * u * posterior.solve(right_scale);
     const double s = with_prior(precise.dot(scale), right_scale, right_scale, posterior);
     likeness.left_out_innovation.resize(m / 3);
+    likeness.left_out_chi2.resize(m / 3);
+    const Eigen::VectorXd left = (fit.left_out_residuals * equations.information)
+                                     .cwiseProduct(fit.left_out_residuals)
+                                     .rowwise()
+                                     .sum();
     for (Eigen::Index t = 0; t < m / 3; ++t) {
+      likeness.left_out_chi2[t] = left.segment<3>(3 * t).sum() / values;
       const Eigen::Matrix3d h_t = h.block<3, 3>(3 * t, 3 * t);
       const Eigen::Vector3d b_t = b.segment<3>(3 * t);
       const Eigen::LDLT<Eigen::Matrix3d> rest(prior * Eigen::Matrix3d::Identity() - h_t);
@@ -128,6 +134,7 @@ void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>&
   }
   likeness.innovation = without_scale(chi2, product, square) / values;
   likeness.left_out_innovation.array() += noise_share;
+  likeness.left_out_chi2.array() += noise_share;
 }
 
 }  // namespace gonio::basis::detail

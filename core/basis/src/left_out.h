@@ -30,7 +30,8 @@ struct SeenChannel {
 };
 
 /// Compares a measurement with the training materials, and each of these with the others as if it
-/// had been measured by the same samples. Fills `likeness` and `noise_covariance` of the fit.
+/// had been measured by the same samples. Fills `likeness` and `noise_covariance` of a fit that has
+/// its `left_out_residuals`.
 void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>& channels,
                            double model_variance, Fit& fit);
 

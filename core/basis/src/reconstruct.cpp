@@ -112,6 +112,7 @@ void fit_by_evidence(const Basis& basis, const detail::SampleRows& rows,
   detail::Evidence evidence = options.method == Method::kernel
                                   ? detail::single_kernel(basis, equations_at(options.model_eta))
                                   : detail::weigh_kernels(basis, equations_at, options.model_eta);
+  fit.left_out_residuals = std::move(evidence.left_out_residuals);
   const auto seen = [&](std::size_t channel) {
     return detail::SeenChannel{rows, channels[channel].mapped, channels[channel].equations};
   };
@@ -123,7 +124,6 @@ void fit_by_evidence(const Basis& basis, const detail::SampleRows& rows,
     one.coefficients = evidence.coefficients.col(static_cast<Eigen::Index>(channel));
     one.fitted = inverse_mapped(basis.mapping, rows.mean + rows.a * one.coefficients, rows.weight);
   }
-  fit.left_out_residuals = std::move(evidence.left_out_residuals);
   fit.kernel_share = evidence.kernel_share;
 }
 

@@ -1,5 +1,6 @@
 #include "gonio/files/sha256.h"
 
+#include <openssl/crypto.h>
 #include <openssl/evp.h>
 
 #include <array>
@@ -14,6 +15,12 @@ namespace {
 struct FreeContext {
   void operator()(EVP_MD_CTX* context) const noexcept { EVP_MD_CTX_free(context); }
 };
+
+/// In the main thread, before any other: OpenSSL sets itself up at its first use, and what it then
+/// keeps for a thread of a pool is never freed, since that thread lives until the process ends. No
+/// configuration file is needed for a digest.
+[[maybe_unused]] const int kOpensslIsReady =
+    OPENSSL_init_crypto(OPENSSL_INIT_NO_LOAD_CONFIG, nullptr);
 
 void check(int result) {
   if (result != 1) throw std::runtime_error("SHA-256: OpenSSL refused");

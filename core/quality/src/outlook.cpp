@@ -132,7 +132,7 @@ Eigen::VectorXd material_distances(const Eigen::MatrixXd& distance_by_row) {
 }
 
 /// The features a score is explained by, all such that more is better.
-constexpr int kFeatures = 3;
+constexpr int kFeatures = 4;
 using Features = Eigen::Matrix<double, kFeatures, 1>;
 
 /// What an error like those of the nearest materials would do to a picture of this prediction.
@@ -161,8 +161,8 @@ double imagined_score(const ThinSphere& sphere, const Eigen::MatrixXf& predictio
   return decibels(std::exp(sum / total));
 }
 
-Features features_of(double imagined, double innovation, double nearest) {
-  return {imagined, -10.0 * std::log10(innovation + 1e-3),
+Features features_of(double imagined, double innovation, double chi2, double nearest) {
+  return {imagined, -10.0 * std::log10(innovation + 1e-3), -10.0 * std::log10(chi2 + 1e-3),
           -10.0 * std::log10(nearest + kDistanceFloor)};
 }
 
@@ -239,14 +239,15 @@ std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit)
         distance[t] = std::numeric_limits<double>::infinity();
         nearest[t] = distance.minCoeff();
         features.col(t) = features_of(imagined_score(sphere, prediction, errors, distance, t),
-                                      fit.likeness.left_out_innovation[t], nearest[t]);
+                                      fit.likeness.left_out_innovation[t],
+                                      fit.likeness.left_out_chi2[t], nearest[t]);
       });
   const Explanation explanation(features, scores);
 
   const Eigen::VectorXd distance = material_distances(fit.likeness.distance);
   const Features own =
       features_of(imagined_score(sphere, sphere.field(fit.coefficients), errors, distance, -1),
-                  fit.likeness.innovation, distance.minCoeff());
+                  fit.likeness.innovation, fit.chi2_per_sample, distance.minCoeff());
   Outlook found;
   found.expected_psnr_db = explanation.at(own) - kOptimism_db;
   found.sd_db = explanation.sd();

@@ -45,6 +45,10 @@ struct Likeness {
   /// chi^2 per value of the samples against the prior, as innovation_chi2_per_sample but after one
   /// factor common to all channels and samples (prior: 1 neper) is taken out.
   double innovation = 0.0;
+  /// chi^2 per value of what is left of a training material's samples when it is predicted from
+  /// them without its own rows: what chi2_per_sample is to the measurement. The noise's share
+  /// included.
+  Eigen::VectorXd left_out_chi2;
   Eigen::VectorXd left_out_innovation;  ///< one per training material; the noise's share included
 };
 

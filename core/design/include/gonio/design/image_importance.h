@@ -43,7 +43,7 @@ Eigen::MatrixXd image_importance(const basis::Basis& basis, const Eigen::MatrixX
 ///            angle x cosines does (equal trace).
 struct ImportanceBlend {
   double uniform = 0.1;
-  double image = 0.0;
+  double image = 0.3;
 };
 
 /// The importance matrix of a blend. `left_vectors` may be empty when `image` is 0.
