@@ -25,7 +25,7 @@ mkdir "$work/networks"
 for path in "$networks"/*.binary; do
   name=$(basename "$path" .binary)-network
   ln -s "$path" "$work/networks/$name.binary"
-  printf '{"format": "gonio-merl-sidecar", "format_version": 1, "lattice_convention": "bin_centre",\n "radiometric_scale": "si", "binary_sha256": "%s"}\n' \
+  printf '{"format": "gonio-merl-sidecar", "format_version": 1, "lattice_convention": "bin_centre",\n "radiometric_scale": "si", "binary_sha256": "%s", "provenance": {}}\n' \
     "$(sha256sum < "$path" | cut -d' ' -f1)" > "$work/networks/$name.json"
 done
 

@@ -9,7 +9,7 @@
 #include "gonio/basis/reconstruct.h"
 #include "gonio/brdf/builtin_materials.h"
 #include "gonio/brdf/merl_file.h"
-#include "gonio/design/importance.h"
+#include "gonio/design/image_importance.h"
 #include "gonio/files/atomic_folder.h"
 #include "gonio/render/comparison_sheet.h"
 #include "gonio/render/png.h"
@@ -92,7 +92,9 @@ class Demo {
     }
     context_.check_stop();
     const std::vector<brdf::HalfDiff> chosen = choose_poses(
-        console_, basis, design::importance_matrix(basis.components, design::importance_weights()),
+        console_, basis,
+        design::blended_importance(basis, basis.left_vectors,
+                                   design::ImportanceBlend::for_patches()),
         &inverse_, {options_.samples, patch_of(rig_), planned_noise(&rig_), options_.seed},
         context_.stop);
     context_.check_stop();

@@ -34,7 +34,7 @@ struct Options {
   NearFieldWords camera;
   NoiseWords noise;
   std::uint64_t seed = 1;
-  std::string weights = kDefaultWeights;
+  std::string weights = "auto";
   bool chosen_as_points = false;
   bool leave_one_out = false;
   bool trust = false;

@@ -41,7 +41,7 @@ struct Options {
   std::string out;
   std::string method = "exchange";
   std::string objective = "a";
-  std::string weights = kDefaultWeights;
+  std::string weights = "auto";
   std::string patch = "auto";
   int samples = 0;
   double noise = -1.0;  ///< below 0: from the rig
@@ -232,10 +232,11 @@ int plan(Context& context, const Options& options) {
     basis = basis::read_basis(options.basis);
   }
   const PoseRequest poses = pose_request(context.console, options, rig ? &*rig : nullptr);
+  const design::ImportanceBlend weights =
+      request.weights.value_or(poses.patch.is_point() ? design::ImportanceBlend::for_points()
+                                                      : design::ImportanceBlend::for_patches());
   Eigen::MatrixXd importance;
-  if (basis) {
-    importance = design::blended_importance(*basis, basis->left_vectors, request.weights);
-  }
+  if (basis) importance = design::blended_importance(*basis, basis->left_vectors, weights);
   std::vector<std::string> comments{fmt::format("gonio plan {}", version_text())};
   if (from_list) {
     comments.push_back("directions from " +
@@ -256,7 +257,7 @@ int plan(Context& context, const Options& options) {
     comments.push_back(fmt::format(
         "{} directions by {}, {}, objective {}, weights {}, for basis {} ({} materials), seed {}",
         options.samples, options.method, to_text(poses.patch),
-        published ? "as published" : options.objective, published ? "none" : options.weights,
+        published ? "as published" : options.objective, published ? "none" : to_text(weights),
         basis_fingerprint(*basis).substr(0, 12), basis->materials.size(), options.seed));
   }
   nlohmann::ordered_json explained = nlohmann::ordered_json::object();
@@ -264,7 +265,7 @@ int plan(Context& context, const Options& options) {
     std::vector<brdf::HalfDiff> angles;
     for (const samples::Direction& direction : directions) angles.push_back(direction.angles);
     const PhaseTimer timer(context.console, "figures of the design");
-    const DirectionFigures figures = assess_directions(*basis, angles, request.weights);
+    const DirectionFigures figures = assess_directions(*basis, angles, weights);
     if (options.json) {
       explained["figures"] = figures_json(figures);
     } else {
@@ -348,8 +349,10 @@ void add_plan(const Command& root) {
   command.choice("--objective", options->objective, {"a", "d", "xu", "loo"},
                  "What the exchange lowers: expected error, volume left open, Xu's metric, or the "
                  "error of training materials left out");
-  command.text("--weights", options->weights,
-               "Where errors matter: uniform, solid-angle, image, or shares of them");
+  command.text(
+      "--weights", options->weights,
+      "Where errors matter: auto (by points or patches), uniform, solid-angle, image, or shares "
+      "of them");
   command.number("--noise", options->noise, -1.0, 1.0,
                  "Relative standard deviation to plan for; below 0: what the rig's constants say");
   command.number("--time-price", options->percent_per_second, 0.0, 100.0,

@@ -86,8 +86,8 @@ design::Design search(const basis::Basis& basis, const design::Candidates& candi
                : design::xu_search(basis.components, basis.singular_values, basis.left_vectors,
                                    candidates, options, show, stop);
   }
-  const Eigen::MatrixXd importance =
-      design::blended_importance(basis, basis.left_vectors, request.weights);
+  const Eigen::MatrixXd importance = design::blended_importance(
+      basis, basis.left_vectors, request.weights.value_or(design::ImportanceBlend::for_points()));
   design::ExchangeOptions options;
   options.sample_count = request.sample_count;
   options.criterion = criterion_of(request.objective);
@@ -120,10 +120,11 @@ DesignObjective design_objective(const std::string& word) {
   throw UsageError("--objective: found " + word + ", expected a, d, xu or loo");
 }
 
-design::ImportanceBlend importance_blend(const std::string& text) {
+std::optional<design::ImportanceBlend> importance_blend(const std::string& text) {
+  if (text == "auto") return std::nullopt;
   const auto refuse = [&](const std::string& part) {
     throw UsageError("--weights: found '" + part +
-                     "', expected uniform, solid-angle, image, or shares of them such as "
+                     "', expected auto, uniform, solid-angle, image, or shares of them such as "
                      "solid-angle=0.9,uniform=0.1");
   };
   double uniform = 0.0;
@@ -160,7 +161,13 @@ design::ImportanceBlend importance_blend(const std::string& text) {
   if (!(sum > 0.0)) refuse(text);
   // 0.9 and 0.1 must give back exactly 0.1.
   const double scale = std::abs(sum - 1.0) < 1e-9 ? 1.0 : sum;
-  return {std::min(uniform / scale, 1.0), std::min(image / scale, 1.0 - uniform / scale)};
+  return design::ImportanceBlend{std::min(uniform / scale, 1.0),
+                                 std::min(image / scale, 1.0 - uniform / scale)};
+}
+
+std::string to_text(const design::ImportanceBlend& blend) {
+  return fmt::format("solid-angle={:.6g},image={:.6g},uniform={:.6g}",
+                     1.0 - blend.image - blend.uniform, blend.image, blend.uniform);
 }
 
 std::vector<brdf::HalfDiff> choose_directions(const Console& console, const basis::Basis& basis,

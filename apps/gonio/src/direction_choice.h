@@ -31,20 +31,18 @@ enum class DesignObjective { a, d, xu, loo };
 DesignMethod design_method(const std::string& word);
 DesignObjective design_objective(const std::string& word);
 
-/// Ten per cent of uniform weight halves the error at grazing angles for a few tenths of a decibel;
-/// what is seen in pictures takes nothing from that and is worth 0.15 dB to patches
-/// (docs/results.md).
-inline constexpr const char* kDefaultWeights = "image=0.3,solid-angle=0.6,uniform=0.1";
-
 /// Importance of errors from words: "uniform", "solid-angle", "image", or shares of several:
-/// "solid-angle=0.9,uniform=0.1" (they are brought to a sum of 1). Throws UsageError.
-design::ImportanceBlend importance_blend(const std::string& text);
+/// "solid-angle=0.9,uniform=0.1" (they are brought to a sum of 1). Empty for "auto": what serves
+/// best for points or for patches. Throws UsageError.
+std::optional<design::ImportanceBlend> importance_blend(const std::string& text);
+/// The same words for a blend.
+std::string to_text(const design::ImportanceBlend& blend);
 
 struct DesignRequest {
   int sample_count = 10;
   DesignMethod method = DesignMethod::exchange;
   DesignObjective objective = DesignObjective::a;
-  design::ImportanceBlend weights;
+  std::optional<design::ImportanceBlend> weights;  ///< empty: for_points()
   std::optional<double> relative_noise;  ///< of a value; empty: what the rig's constants say
   double percent_per_second = 0.0;       ///< of the error, that a second of exposure is worth
   std::uint64_t seed = 1;
@@ -66,6 +64,6 @@ struct DirectionFigures {
 };
 DirectionFigures assess_directions(const basis::Basis& basis,
                                    const std::vector<brdf::HalfDiff>& directions,
-                                   const design::ImportanceBlend& weights = {});
+                                   const design::ImportanceBlend& weights);
 
 }  // namespace gonio::cli

@@ -1,6 +1,7 @@
 #include "gonio/quality/evaluate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -85,18 +86,23 @@ class Fold {
   }
 
  private:
-  const Eigen::MatrixXd& importance() {
-    if (importance_.size() == 0) {
-      importance_ = design::blended_importance(basis_, basis_.left_vectors, options_.importance);
+  const Eigen::MatrixXd& importance(bool of_patches) {
+    using design::ImportanceBlend;
+    Eigen::MatrixXd& kept = importance_[options_.importance ? 0 : std::size_t{of_patches}];
+    if (kept.size() == 0) {
+      kept = design::blended_importance(
+          basis_, basis_.left_vectors,
+          options_.importance.value_or(of_patches ? ImportanceBlend::for_patches()
+                                                  : ImportanceBlend::for_points()));
     }
-    return importance_;
+    return kept;
   }
 
   std::vector<brdf::HalfDiff> shots_for(const Contender& contender) {
     design::NearFieldOptions settings = options_.shot_design;
     settings.shots = contender.sample_count;
     settings.seed = options_.seed;
-    return design::choose_shots(basis_, importance(), *contender.near_field, settings).shots;
+    return design::choose_shots(basis_, importance(true), *contender.near_field, settings).shots;
   }
 
   std::vector<brdf::HalfDiff> poses_for(const Contender& contender) {
@@ -106,7 +112,7 @@ class Fold {
     design::PoseDesignOptions settings = options_.pose_design;
     settings.pose_count = contender.sample_count;
     settings.seed = options_.seed;
-    return design::choose_poses(basis_, importance(),
+    return design::choose_poses(basis_, importance(true),
                                 {design::pose_grid(kPoseStepDeg, allowed), allowed, {}},
                                 contender.patch.coarse(), settings)
         .poses;
@@ -117,12 +123,12 @@ class Fold {
     settings.sample_count = contender.sample_count;
     settings.seed = options_.seed;
     const std::vector<std::uint32_t> found =
-        design::exchange(basis_.components, importance(), candidates_, settings).cells;
+        design::exchange(basis_.components, importance(false), candidates_, settings).cells;
     if (!contender.leave_one_out_design) return found;
     design::LeaveOneOutOptions refine = options_.leave_one_out;
     refine.eta = settings.eta;
     refine.seed = options_.seed;
-    return design::leave_one_out_exchange(basis_.components, basis_.left_vectors, importance(),
+    return design::leave_one_out_exchange(basis_.components, basis_.left_vectors, importance(false),
                                           candidates_, found, refine)
         .cells;
   }
@@ -133,7 +139,7 @@ class Fold {
   basis::Basis basis_;
   const EvaluateOptions& options_;
   const design::Candidates& candidates_;
-  Eigen::MatrixXd importance_;
+  std::array<Eigen::MatrixXd, 2> importance_;  ///< of points, of patches
   std::map<Measurement, std::vector<brdf::HalfDiff>> chosen_;
 };
 

@@ -42,8 +42,13 @@ Eigen::MatrixXd image_importance(const basis::Basis& basis, const Eigen::MatrixX
 /// `image`    image_importance(), scaled so that without samples it expects the same error as solid
 ///            angle x cosines does (equal trace).
 struct ImportanceBlend {
-  double uniform = 0.1;
-  double image = 0.3;
+  double uniform = 0.0;
+  double image = 0.0;
+
+  /// What serves best held out (docs/results.md). Five points leave grazing angles open unless
+  /// these count more; patches see enough of them to look after pictures.
+  static constexpr ImportanceBlend for_points() { return {0.12, 0.0}; }
+  static constexpr ImportanceBlend for_patches() { return {0.1, 0.3}; }
 };
 
 /// The importance matrix of a blend. `left_vectors` may be empty when `image` is 0.

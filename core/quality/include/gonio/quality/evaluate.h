@@ -51,8 +51,9 @@ struct EvaluateOptions {
   /// pose_count and seed.
   design::PoseDesignOptions pose_design;
   design::NearFieldOptions shot_design;  ///< of near-field contenders; but for shots and seed
-  design::ImportanceBlend importance;    ///< of errors when directions are chosen
-  design::DirectionLimits limits;        ///< of directions chosen here
+  /// Of errors when directions are chosen; empty: what serves best for what a contender measures.
+  std::optional<design::ImportanceBlend> importance;
+  design::DirectionLimits limits;  ///< of directions chosen here
   SyntheticNoise noise;
   /// Also bands and verdict of every result, by the first draw of the noise; for methods that leave
   /// materials out. Half a second more per reconstruction.
