@@ -41,6 +41,21 @@ Eigen::LLT<Eigen::MatrixXd> posterior_of(const NormalEquations& equations, doubl
   return normal.llt();
 }
 
+/// The part of MappedSamples::variance that is noise.
+Eigen::VectorXd own_variance(const MappedSamples& mapped, double model_variance) {
+  return (mapped.variance.array() - model_variance).max(0.0);
+}
+
+/// z^T N z with the covariance N of the stated noise.
+double noise_along(const SampleRows& rows, const MappedSamples& mapped, double model_variance,
+                   const Eigen::VectorXd& z) {
+  double sum = own_variance(mapped, model_variance).dot(z.cwiseAbs2());
+  for (const auto& members : rows.poses) {
+    sum += (mapped.common(members, Eigen::all).transpose() * z(members)).squaredNorm();
+  }
+  return sum;
+}
+
 /// Offset with a prior of standard deviation 1 taken out of a chi^2.
 double without_scale(double chi2, double product, double square) {
   return std::max(chi2 - product * product / (1.0 + square), 0.0);
@@ -50,7 +65,7 @@ double without_scale(double chi2, double product, double square) {
 
 NoisePropagation propagate_noise(const SampleRows& rows, const MappedSamples& mapped,
                                  double model_variance) {
-  const Eigen::VectorXd own = (mapped.variance.array() - model_variance).max(0.0);
+  const Eigen::VectorXd own = own_variance(mapped, model_variance);
   const Eigen::MatrixXd precise = whitened(rows, mapped, rows.a);
   NoisePropagation noise;
   noise.right_covariance = precise.transpose() * own.asDiagonal() * precise;
@@ -60,10 +75,16 @@ NoisePropagation propagate_noise(const SampleRows& rows, const MappedSamples& ma
     const Eigen::MatrixXd moved = precise(members, Eigen::all).transpose() * common;
     noise.right_covariance += moved * moved.transpose();
   }
-  const Eigen::VectorXd total = mapped.variance + mapped.common.rowwise().squaredNorm();
-  const Eigen::VectorXd noisy = own + mapped.common.rowwise().squaredNorm();
-  noise.innovation = noisy.cwiseQuotient(total).sum();
-  noise.mean_square = noise.innovation / total.cwiseInverse().sum();
+  // (R^-1)_ii and (R^-1 V V^T)_ii pose by pose, both from R^-1 V.
+  const Eigen::VectorXd explained =
+      whitened(rows, mapped, mapped.common).cwiseProduct(mapped.common).rowwise().sum();
+  const Eigen::VectorXd precision =
+      (1.0 - explained.array()).max(0.0).matrix().cwiseQuotient(mapped.variance);
+  noise.innovation = own.dot(precision) + explained.sum();
+
+  const Eigen::VectorXd common = mapped.common.rowwise().squaredNorm();
+  const Eigen::VectorXd total = mapped.variance + common;
+  noise.mean_square = (own + common).cwiseQuotient(total).sum() / total.cwiseInverse().sum();
   return noise;
 }
 
@@ -79,14 +100,20 @@ void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>&
   double chi2 = 0.0;
   double product = 0.0;
   double square = 0.0;
-  double noise_share = 0.0;
+  double innovation_noise = 0.0;
+  double residual_noise = 0.0;
+  double scale_noise = 0.0;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const auto& [rows, mapped, equations] = channels[c];
     const Eigen::LLT<Eigen::MatrixXd> posterior = posterior_of(equations, prior);
     const NoisePropagation noise = propagate_noise(rows, mapped, model_variance);
     const Eigen::MatrixXd half = posterior.solve(noise.right_covariance);
     fit.noise_covariance[c] = posterior.solve(half.transpose());
-    noise_share += std::max(noise.innovation - half.trace(), 0.0) / values;
+    // With S = R + A A^T/m: tr(S^-1 N) of the samples, and tr(S^-1 R S^-1 N) of what the solve,
+    // R S^-1 times the samples, leaves of them.
+    innovation_noise += noise.innovation - half.trace();
+    residual_noise += noise.innovation - 2.0 * half.trace() +
+                      equations.information.cwiseProduct(fit.noise_covariance[c]).sum();
 
     likeness.distance.col(static_cast<Eigen::Index>(c)) =
         (((u * equations.likeness).cwiseProduct(u).rowwise().sum() -
@@ -102,6 +129,9 @@ void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>&
     product +=
         with_prior(precise.dot(mapped.x - rows.mean), right_scale, equations.right, posterior);
     square += with_prior(precise.dot(scale), right_scale, right_scale, posterior);
+    const Eigen::VectorXd against_scale =
+        precise - whitened(rows, mapped, rows.a * posterior.solve(right_scale));
+    scale_noise += noise_along(rows, mapped, model_variance, against_scale);
     if (c != 1) continue;
 
     // The training materials by the green channel's noise, each without its own rows: removing
@@ -133,8 +163,9 @@ void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>&
     }
   }
   likeness.innovation = without_scale(chi2, product, square) / values;
-  likeness.left_out_innovation.array() += noise_share;
-  likeness.left_out_chi2.array() += noise_share;
+  likeness.left_out_innovation.array() +=
+      std::max(innovation_noise - scale_noise / (1.0 + square), 0.0) / values;
+  likeness.left_out_chi2.array() += std::max(residual_noise, 0.0) / values;
 }
 
 }  // namespace gonio::basis::detail

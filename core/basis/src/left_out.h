@@ -13,9 +13,11 @@ namespace gonio::basis::detail {
 /// What the samples' own noise becomes on its way through the linear solve.
 struct NoisePropagation {
   Eigen::MatrixXd right_covariance;  ///< k x k, of NormalEquations::right
-  double innovation = 0.0;           ///< expected (noise)^T R^-1 (noise), before the prior's share
-  double mean_square =
-      0.0;  ///< of the noise over the samples, weighted as in `likeness` (nepers^2)
+  /// Expected noise^T R^-1 noise = tr(R^-1 N), before the prior's share. N is the covariance of the
+  /// stated noise: R without the model's variance.
+  double innovation = 0.0;
+  /// Of the noise over the samples, weighted as in `likeness` (nepers^2).
+  double mean_square = 0.0;
 };
 
 /// `model_variance`  The part of MappedSamples::variance that is no noise.

@@ -16,7 +16,7 @@ struct SampleRows {
   Eigen::VectorXd mean;    ///< n
   Eigen::VectorXd weight;  ///< n
 
-  /// Rows half an uncertainty to either side along one angle, for the slope of the fit.
+  /// Rows a whole uncertainty to either side along one angle, for the slope of the fit.
   struct Shifted {
     bool used = false;  ///< some sample has an uncertainty of this angle
     Eigen::MatrixXd a_plus, a_minus;

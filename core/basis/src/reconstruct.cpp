@@ -16,8 +16,6 @@
 namespace gonio::basis {
 namespace {
 
-constexpr double kPublishedEta = 40.0;
-
 void check(const Basis& basis, const samples::SampleSet& set, const ReconstructOptions& options) {
   if (set.samples.empty()) throw std::invalid_argument("reconstruct: there are no samples");
   if (set.scale != basis.scale) {

@@ -46,6 +46,11 @@ void write_uncertainty(const std::filesystem::path& path, const Basis& basis, co
   if (static_cast<std::size_t>(uncertainty.sigma.rows()) != cells.size()) {
     throw std::invalid_argument("write_uncertainty: the uncertainty does not cover the cells");
   }
+  if (brdf_sha256.size() != 64 ||
+      brdf_sha256.find_first_not_of("0123456789abcdef") != std::string::npos) {
+    throw std::invalid_argument(
+        "write_uncertainty: the SHA-256 of the BRDF is not 64 lower-case hexadecimal digits");
+  }
   files::AtomicFile file(path, overwrite);
   // HDF5 does not survive a disk that is full while it writes: it crashes when it closes.
   constexpr std::uintmax_t kHeaders = std::uintmax_t{1} << 20U;

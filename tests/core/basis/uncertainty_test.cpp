@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -104,11 +105,8 @@ TEST(Likeness, FindsTheMaterialThatWasMeasured) {
   EXPECT_LT(likeness.row_distance.diagonal().maxCoeff(), 1e-12);
 }
 
-TEST(Likeness, SeesATrainingMaterialLeftOutAsATrainingWithoutItDoes) {
-  const TrainingSet& set = test::training_set();
+TEST(Likeness, TakesAFactorCommonToAllChannelsOut) {
   const Basis& basis = test::full_basis();
-  const Fit whole = fit(basis, test::sample(test::material(0), directions()));
-  // A factor common to all channels must not count, within its broad prior.
   samples::SampleSet brighter = test::sample(test::material(2), directions());
   const double before = fit(basis, brighter).likeness.innovation;
   for (samples::Sample& sample : brighter.samples) sample.value_per_sr *= 2.0;
@@ -116,9 +114,130 @@ TEST(Likeness, SeesATrainingMaterialLeftOutAsATrainingWithoutItDoes) {
   EXPECT_LT(scaled.likeness.innovation, scaled.innovation_chi2_per_sample + 1e-9);
   EXPECT_GT(scaled.likeness.innovation, 0.0);
   EXPECT_LT(before, scaled.innovation_chi2_per_sample);
-  ASSERT_EQ(whole.likeness.left_out_innovation.size(), test::kMaterials);
-  for (const double each : whole.likeness.left_out_innovation) EXPECT_GT(each, 0.0);
-  EXPECT_EQ(set.material_count(), static_cast<std::size_t>(test::kMaterials));
+}
+
+/// Samples of one channel with every matrix written out.
+struct Dense {
+  Eigen::MatrixXd a;      ///< n x k
+  Eigen::MatrixXd r;      ///< covariance of the samples given the coefficients
+  Eigen::MatrixXd noise;  ///< the stated noise's share of it
+  Eigen::VectorXd scale;  ///< d x / d ln f
+};
+
+Dense dense(const samples::SampleSet& set, int channel) {
+  const Basis& basis = test::full_basis();
+  const BasisRows rows(basis);
+  const auto n = static_cast<Eigen::Index>(set.samples.size());
+  Dense found{Eigen::MatrixXd(n, basis.component_count()),
+              {},
+              Eigen::MatrixXd::Zero(n, n),
+              Eigen::VectorXd(n)};
+  Eigen::VectorXd common(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const samples::Sample& sample = set.samples[static_cast<std::size_t>(i)];
+    const BasisRow row = rows.at(sample.direction);
+    const double f = sample.value_per_sr[channel];
+    const double slope = basis.mapping.derivative(f, row.weight);
+    found.a.row(i) = row.q.transpose();
+    found.scale[i] = slope * f;
+    found.noise(i, i) = std::pow(slope * sample.sigma_per_sr[channel], 2);
+    common[i] = slope * sample.u_common_per_sr[channel];
+  }
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) {
+      const bool together = set.samples[static_cast<std::size_t>(i)].pose ==
+                            set.samples[static_cast<std::size_t>(j)].pose;
+      if (together) found.noise(i, j) += common[i] * common[j];
+    }
+  }
+  const double model = ReconstructOptions().model_eta / static_cast<double>(basis.row_count());
+  found.r = found.noise + model * Eigen::MatrixXd::Identity(n, n);
+  return found;
+}
+
+/// Two poses of several directions each; what a pose shares is three times what it does not.
+samples::SampleSet measured_in_two_poses() {
+  samples::SampleSet set = measured(0.05);
+  for (std::size_t i = 0; i < set.samples.size(); ++i) {
+    samples::Sample& sample = set.samples[i];
+    sample.u_common_per_sr = 0.15 * sample.value_per_sr;
+    sample.pose = i < 4 ? 1 : 2;
+  }
+  return set;
+}
+
+TEST(Likeness, SeesATrainingMaterialLeftOutAsATrainingWithoutItDoes) {
+  // A fixed offset common to the channels, with a prior of one neper, is one more rank-1 term of
+  // the covariance of all three.
+  const Basis& basis = test::full_basis();
+  const double m = basis.row_count();
+  const Eigen::Index k = basis.component_count();
+  for (const bool noisy : {false, true}) {
+    const samples::SampleSet set = noisy ? measured_in_two_poses() : measured(0.0);
+    const auto n = static_cast<Eigen::Index>(set.samples.size());
+    const double values = 3.0 * static_cast<double>(n);
+    const auto block = [&](Eigen::MatrixXd& all, int c, const Eigen::MatrixXd& one) {
+      all.block(c * n, c * n, n, n) = one;
+    };
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(3 * n, 3 * n);
+    Eigen::MatrixXd noise = covariance;
+    Eigen::VectorXd scale(3 * n);
+    for (int c = 0; c < 3; ++c) {
+      const Dense one = dense(set, c);
+      block(covariance, c, one.r + one.a * one.a.transpose() / m);
+      block(noise, c, one.noise);
+      scale.segment(c * n, n) = one.scale;
+    }
+    const double noise_share =
+        (covariance + scale * scale.transpose()).llt().solve(noise).trace() / values;
+
+    const Dense green = dense(set, 1);
+    const Likeness likeness = fit(basis, set).likeness;
+    ASSERT_EQ(likeness.left_out_innovation.size(), test::kMaterials);
+    for (Eigen::Index t = 0; t < test::kMaterials; ++t) {
+      const Eigen::MatrixXd own = basis.left_vectors.middleRows(3 * t, 3);
+      const Eigen::MatrixXd rest =
+          green.r + green.a * (Eigen::MatrixXd::Identity(k, k) - own.transpose() * own) *
+                        green.a.transpose() / m;
+      Eigen::VectorXd y(3 * n);
+      Eigen::VectorXd offset(3 * n);
+      covariance.setZero();
+      for (int c = 0; c < 3; ++c) {
+        block(covariance, c, rest);
+        y.segment(c * n, n) = green.a * own.row(c).transpose();
+        offset.segment(c * n, n) = green.scale;
+      }
+      const double innovation =
+          y.dot((covariance + offset * offset.transpose()).llt().solve(y)) / values;
+      EXPECT_NEAR(likeness.left_out_innovation[t], innovation + noise_share,
+                  1e-5 * (innovation + noise_share))  // a singular R but for the model's share
+          << "material " << t << (noisy ? ", noisy" : "");
+    }
+  }
+}
+
+TEST(Likeness, AddsToALeftOutChi2WhatNoiseLeavesInTheResiduals) {
+  const Basis& basis = test::full_basis();
+  const double m = basis.row_count();
+  const samples::SampleSet set = measured_in_two_poses();
+  const double values = 3.0 * static_cast<double>(set.samples.size());
+  double noise = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const Dense one = dense(set, c);
+    const Eigen::LLT<Eigen::MatrixXd> prior =
+        Eigen::MatrixXd(one.r + one.a * one.a.transpose() / m).llt();
+    // The residual of the linear solve is R S^-1 times the samples.
+    const Eigen::MatrixXd residual = one.r * prior.solve(one.noise) * prior.solve(one.r);
+    noise += one.r.llt().solve(residual).trace() / values;
+  }
+  const Dense green = dense(set, 1);
+  const Fit found = fit(basis, set);
+  for (Eigen::Index t = 0; t < test::kMaterials; ++t) {
+    const Eigen::MatrixXd left =
+        green.a * found.left_out_residuals.middleRows(3 * t, 3).transpose();
+    const double expected = left.cwiseProduct(green.r.llt().solve(left)).sum() / values + noise;
+    EXPECT_NEAR(found.likeness.left_out_chi2[t], expected, 1e-5 * expected) << "material " << t;
+  }
 }
 
 TEST(Uncertainty, GrowsWithTheNoise) {
@@ -209,6 +328,18 @@ TEST(UncertaintyFile, HoldsTheLimitsOfEveryCellAndIsNotReplacedUnasked) {
       EXPECT_FLOAT_EQ(stored[3 * i + c], static_cast<float>(value[static_cast<Eigen::Index>(c)]));
     }
   }
+}
+
+TEST(UncertaintyFile, TakesOnlyASumThatCanBeCompared) {
+  const TemporaryFolder folder;
+  for (const std::string& sum : {std::string(), std::string(63, 'a'), std::string(64, 'g'),
+                                 std::string(64, 'A'), std::string(65, 'a')}) {
+    EXPECT_THROW(write_uncertainty(folder / "x.uncertainty.h5", test::full_basis(), clean_fit(),
+                                   clean_uncertainty(), sum),
+                 std::invalid_argument)
+        << sum;
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 TEST(UncertaintyFile, LeavesNothingBehindWhereItCannotBeWritten) {

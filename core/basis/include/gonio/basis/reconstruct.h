@@ -11,11 +11,15 @@
 
 namespace gonio::basis {
 
+/// The eta of Nielsen et al. 2015, at which the published metric (design::xu_metric()) is quoted
+/// too.
+constexpr double kPublishedEta = 40.0;
+
 enum class Method {
   automatic,  ///< ridge and kernels of several strengths, weighed by leave-one-out evidence
   ridge,      ///< posterior mean with each sample's own noise
   kernel,     ///< ridge plus a kernel of one fixed strength
-  nielsen     ///< as published: eta = 40 for every sample, k = n components, one iteration
+  nielsen     ///< as published: kPublishedEta for every sample, k = n components, one iteration
 };
 
 std::string_view to_string(Method method);
@@ -46,10 +50,12 @@ struct Likeness {
   /// factor common to all channels and samples (prior: 1 neper) is taken out.
   double innovation = 0.0;
   /// chi^2 per value of what is left of a training material's samples when it is predicted from
-  /// them without its own rows: what chi2_per_sample is to the measurement. The noise's share
-  /// included.
+  /// them without its own rows: what chi2_per_sample is to the measurement. By the green channel's
+  /// covariance, plus what the noise of all channels leaves in the residuals of the linear solve.
   Eigen::VectorXd left_out_chi2;
-  Eigen::VectorXd left_out_innovation;  ///< one per training material; the noise's share included
+  /// One per training material, what `innovation` is to the measurement: by the green channel's
+  /// covariance, plus what the noise of all channels is expected to add to `innovation`.
+  Eigen::VectorXd left_out_innovation;
 };
 
 /// Coefficients of one material and how well they explain its samples.
@@ -69,7 +75,8 @@ struct Fit {
   /// green channel's noise. Empty for the other methods.
   Eigen::MatrixXd left_out_residuals;
   /// k x k per channel, of `kernel` and `automatic`: covariance of the coefficients by the samples'
-  /// stated noise, through the linear part of the solve. Zero with a fixed eta, which states none.
+  /// stated noise, through the linear part of the solve. With a fixed eta only dark samples state
+  /// noise.
   std::array<Eigen::MatrixXd, 3> noise_covariance;
   Likeness likeness;  ///< of `kernel` and `automatic`
 };
@@ -87,7 +94,8 @@ struct Fit {
 /// R        Mapped domain: diag(sigma_x^2 + model_eta/m), and for the samples of one pose what they
 ///          share: u_common, and the error of each angle times the slope of the current fit along
 ///          it (a pose has one position, whatever the number of its sub-samples). With options.eta:
-///          eta/m on the diagonal, nothing else.
+///          eta/m on the diagonal; dark samples add their own sigma and u_common, nothing else
+///          does.
 /// Dark     A sample with f w + eps below three of its own sigmas (or below eps/2) has no usable
 ///          logarithm: it enters linearised at the fit, x = g(f^) + g'(f^)(f - f^), f^ kept within
 ///          three sigmas of the sample. Without relinearisations, as in `nielsen`, or without any

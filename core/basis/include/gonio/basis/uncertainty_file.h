@@ -15,9 +15,10 @@ std::filesystem::path uncertainty_path(const std::filesystem::path& binary);
 /// the same bytes for the same fit. 70 MB.
 ///
 /// `brdf_sha256`  Of the `.binary` file the limits belong to, so that a pair that does not belong
-///                together is found out; 64 hexadecimal digits.
+///                together is found out; 64 lower-case hexadecimal digits.
 /// Throws   FileError when it cannot be written or stands there and may not be replaced; nothing is
-///          left under `path` then. std::invalid_argument when the parts do not fit together.
+///          left under `path` then. std::invalid_argument when the parts do not fit
+///          together or the sum is none.
 /// Threads  Any; HDF5 is entered by one at a time.
 void write_uncertainty(const std::filesystem::path& path, const Basis& basis, const Fit& fit,
                        const Uncertainty& uncertainty, const std::string& brdf_sha256,
