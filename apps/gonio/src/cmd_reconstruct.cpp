@@ -121,8 +121,9 @@ int reconstruct(Context& context, const Options& options) {
   record["chi2_per_sample"] = fit.chi2_per_sample;
   record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
   record["verdict"] = verdict_json(verdict);
-  if (options.force) std::filesystem::remove(bands_path);
   brdf::write_merl(options.out, table, overwrite(options.force), json_line(record));
+  // Only now, so that a result that could not be written costs nothing that stood there.
+  if (options.force) std::filesystem::remove(bands_path);
   if (bands) {
     const PhaseTimer timer(context.console, "writing the bands");
     const auto sidecar = brdf::read_merl_sidecar(options.out);

@@ -100,7 +100,11 @@ void TrainingSet::add_files(std::span<const MaterialFile> files) {
     if (twice) {
       throw DataFormatError(files[i].path, "file name", "material " + ids[i].name + " given twice");
     }
-    check_new_name(ids[i].name);
+    try {
+      check_new_name(ids[i].name);
+    } catch (const std::invalid_argument& error) {
+      throw DataFormatError(files[i].path, "file name", error.what());
+    }
   }
 
   // One file per task: what is inside a task then runs on one thread, reading overlaps with

@@ -16,6 +16,7 @@
 #include "gonio/errors/errors.h"
 #include "gonio/files/input_file.h"
 #include "gonio/files/sha256.h"
+#include "gonio/files/text_file.h"
 #include "large_pages.h"
 #include "merl_sidecar.h"
 
@@ -96,6 +97,25 @@ bool left_by_a_crash(const std::filesystem::path& binary) {
   }
 }
 
+/// What stands under the name a new sidecar is to get; nothing when it is free.
+std::optional<std::string> old_text(const std::filesystem::path& sidecar) {
+  if (!std::filesystem::exists(sidecar)) return std::nullopt;
+  return files::read_text_file(sidecar);
+}
+
+/// The old sidecar again beside the old binary. Where that fails too, the new sidecar stays, which
+/// read_merl() refuses beside the old binary.
+void put_back(const std::filesystem::path& sidecar, const std::optional<std::string>& text) {
+  try {
+    if (text) {
+      files::write_text_file(sidecar, *text, files::Overwrite::Yes);
+    } else {
+      std::filesystem::remove(sidecar);
+    }
+  } catch (const std::runtime_error&) {  // what stopped the binary is the news
+  }
+}
+
 }  // namespace
 
 BrdfTable read_merl(const std::filesystem::path& path) {
@@ -163,18 +183,22 @@ void write_merl(const std::filesystem::path& path, const BrdfTable& table,
 
   files::AtomicFile binary_file(path, overwrite);
   const std::filesystem::path sidecar_path = merl_sidecar_path(path);
-  std::error_code ignored;
-  const bool sidecar_was_there = std::filesystem::exists(sidecar_path, ignored);
   files::AtomicFile sidecar_file(sidecar_path,
                                  left_by_a_crash(path) ? files::Overwrite::Yes : overwrite);
   binary_file.write(header_bytes);
   binary_file.write(std::as_bytes(stored));
   sidecar_file.write(sidecar);
-  sidecar_file.commit();
+  // The names, old and new, in the order they come to stand: (B0, S0) -> (B0, S1) -> (B1, S1). The
+  // middle one is refused by its SHA-256; B1 never stands beside S0 or alone, where its numbers
+  // would be read in another unit.
+  const std::optional<std::string> old_sidecar = old_text(sidecar_path);
+  sidecar_file.prepare();
+  binary_file.prepare();
   try {
+    sidecar_file.commit();
     binary_file.commit();
   } catch (...) {
-    if (!sidecar_was_there) std::filesystem::remove(sidecar_path, ignored);
+    if (sidecar_file.committed() && !binary_file.committed()) put_back(sidecar_path, old_sidecar);
     throw;
   }
 }

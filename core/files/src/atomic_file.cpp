@@ -62,11 +62,21 @@ void AtomicFile::write(std::span<const std::byte> bytes) {
 
 void AtomicFile::write(std::string_view text) { write(std::as_bytes(std::span(text))); }
 
-void AtomicFile::commit() {
-  if (descriptor_ < 0) throw std::logic_error("AtomicFile: commit() called twice");
+void AtomicFile::prepare() {
+  if (descriptor_ < 0) throw std::logic_error("AtomicFile: prepare() after commit()");
+  make_durable();
+  posix::sync(posix::parent_of(target_));
+}
+
+void AtomicFile::make_durable() const {
   // By name, not by our descriptor: a library may have replaced the file it was given.
   posix::sync(temporary_);
   posix::require_replaceable(target_, overwrite_, posix::Kind::File);
+}
+
+void AtomicFile::commit() {
+  if (descriptor_ < 0) throw std::logic_error("AtomicFile: commit() called twice");
+  make_durable();
   if (overwrite_ == Overwrite::Yes) {
     if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
       throw FileError(target_, "create", errno);

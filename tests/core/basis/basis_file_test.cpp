@@ -296,6 +296,18 @@ const std::vector<Damage>& damages() {
          H5Tclose(type);
        },
        {"material_sources"}},
+      {"scale factor 0",
+       [](hid_t f) { poke(f, "material_scale_factors", H5T_NATIVE_DOUBLE, 1, 0.0); },
+       {"material_scale_factors", "above 0"}},
+      {"NaN scale factor",
+       [](hid_t f) {
+         poke(f, "material_scale_factors", H5T_NATIVE_DOUBLE, 1,
+              std::numeric_limits<double>::quiet_NaN());
+       },
+       {"material_scale_factors", "nan"}},
+      {"scale factors of fewer materials",
+       [](hid_t f) { replace_by_claim(f, "material_scale_factors", H5T_IEEE_F64LE, {2}); },
+       {"material_scale_factors"}},
       {"link to another file",
        [](hid_t f) {
          delete_link(f, "components");

@@ -209,6 +209,15 @@ TEST(TrainingSet, NamesTheFileThatDoesNotBelongAndAddsNone) {
 
   const std::vector<MaterialFile> twice = {files[0], files[0]};
   EXPECT_THAT(message_of([&] { set.add_files(twice); }), HasSubstr("given twice"));
+
+  set.add_files(std::vector<MaterialFile>{files[0]});
+  try {
+    set.add_files(std::vector<MaterialFile>{files[0]});
+    FAIL() << "a name was taken twice";
+  } catch (const DataFormatError& error) {
+    EXPECT_THAT(error.what(),
+                ::testing::AllOf(HasSubstr("a.binary"), HasSubstr("already in the set")));
+  }
 }
 
 }  // namespace

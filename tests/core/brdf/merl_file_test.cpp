@@ -182,6 +182,46 @@ TEST_F(MerlFile, LeavesNothingBehindWhenItCannotBeWritten) {
   EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "b.json"));
 }
 
+/// The calling thread's rights without those of root, which ignore what a folder allows.
+class AsNobody {
+ public:
+  AsNobody() : was_root_(::geteuid() == 0), active_(!was_root_ || ::seteuid(kNobody) == 0) {}
+  ~AsNobody() {
+    if (was_root_ && active_ && ::seteuid(0) != 0) std::abort();
+  }
+  AsNobody(const AsNobody&) = delete;
+  AsNobody& operator=(const AsNobody&) = delete;
+  bool active() const { return active_; }
+
+  static constexpr uid_t kNobody = 65534;
+
+ private:
+  bool was_root_;
+  bool active_;
+};
+
+TEST_F(MerlFile, LeavesTheOldPairWhereTheFolderCannotBeSynced) {
+  // A folder that may be written but not opened: every rename works, the sync behind it does not.
+  write_merl(folder_ / "a.binary", small_table());
+  const std::string binary = read_bytes(folder_ / "a.binary");
+  const std::string sidecar = read_bytes(folder_ / "a.json");
+  BrdfTable other(IndexConvention::bin_centre, RadiometricScale::merl);
+  other.set_value(100, {0.1, 0.2, 0.4});
+  fs::permissions(folder_.path(), fs::perms::others_write | fs::perms::others_exec |
+                                      fs::perms::owner_write | fs::perms::owner_exec);
+  {
+    const AsNobody nobody;
+    if (nobody.active()) {
+      EXPECT_THROW(write_merl(folder_ / "a.binary", other, files::Overwrite::Yes), FileError);
+      EXPECT_THROW(write_merl(folder_ / "b.binary", other), FileError);
+    }
+  }
+  fs::permissions(folder_.path(), fs::perms::owner_all);
+  EXPECT_TRUE(read_bytes(folder_ / "a.binary") == binary);
+  EXPECT_EQ(read_bytes(folder_ / "a.json"), sidecar);
+  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "a.json"));
+}
+
 TEST_F(MerlFile, IsNotWrittenFromATableItsReaderWouldRefuse) {
   EXPECT_THROW(write_merl(folder_ / "a.binary", BrdfTable()), std::invalid_argument);
   std::vector<double> stored(3 * lattice::kCells, 1.0);

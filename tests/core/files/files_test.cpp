@@ -90,6 +90,20 @@ TEST_F(AtomicFileTest, ReplacesAFileWhenToldTo) {
   EXPECT_EQ(read_text_file(folder_ / "a.csv"), "new");
 }
 
+TEST_F(AtomicFileTest, FindsOutBeforeItTouchesTheTargetWhenAskedTo) {
+  AtomicFile file(folder_ / "a.csv", Overwrite::Yes);
+  file.write("new");
+  file.prepare();
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.csv"));
+  std::filesystem::create_directory(folder_ / "a.csv");  // meanwhile
+  EXPECT_THROW(file.prepare(), FileError);
+  EXPECT_THROW(file.commit(), FileError);
+  EXPECT_FALSE(file.committed());
+  std::filesystem::remove(folder_ / "a.csv");
+  file.commit();
+  EXPECT_TRUE(file.committed());
+}
+
 TEST_F(AtomicFileTest, NeverReplacesAFolder) {
   fs::create_directory(folder_ / "a.csv");
   EXPECT_THAT([&] { AtomicFile file(folder_ / "a.csv", Overwrite::Yes); },

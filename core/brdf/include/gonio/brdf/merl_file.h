@@ -27,15 +27,16 @@ constexpr std::uintmax_t kMerlFileBytes = 12 + 3 * lattice::kCells * 8;
 /// Cost     One pass over 35 MB; with a sidecar also their SHA-256.
 BrdfTable read_merl(const std::filesystem::path& path);
 
-/// Writes `X.binary` and its sidecar `X.json`, both under temporary names first. The sidecar gets
-/// its name before the binary does, so a crash leaves either a pair that belongs together or one
-/// that read_merl() refuses.
+/// Writes `X.binary` and its sidecar `X.json`, both under temporary names first, made durable
+/// before either gets its name. The sidecar gets it before the binary does, so a crash leaves
+/// either a pair that belongs together or one that read_merl() refuses.
 ///
 /// `provenance_json`  What made the table: one JSON object, free in form, kept as it is.
 /// Throws   FileError when either file cannot be written or exists and may not be replaced (a
 ///          sidecar without its binary, left by a crash, may); std::invalid_argument when a stored
 ///          number is not finite, no cell above the horizon is valid, or `provenance_json` is not
-///          an object. Nothing is touched then.
+///          an object. The old files stand as they were then; only when the folder cannot be
+///          synced after the last rename the new pair stands already, whole.
 void write_merl(const std::filesystem::path& path, const BrdfTable& table,
                 files::Overwrite overwrite = files::Overwrite::No,
                 std::string_view provenance_json = "{}");

@@ -24,7 +24,7 @@ void require_creatable(const std::filesystem::path& target, Overwrite overwrite 
 /// name and makes the name durable; without commit() the destructor removes them. A crash can leave
 /// the hidden file (".NAME.*.part") behind, never half a file under `target`.
 ///
-/// State    constructed -> write()* -> commit() -> nothing more.
+/// State    constructed -> write()* -> [prepare() ->] commit() -> nothing more.
 /// Threads  One thread per object.
 /// Errors   FileError with the path and the system's reason.
 class AtomicFile {
@@ -51,10 +51,21 @@ class AtomicFile {
   void write(std::span<const std::byte> bytes);
   void write(std::string_view text);
 
-  /// Syncs the bytes to disk, renames, syncs the folder.
+  /// All of commit() that usually fails, without touching `target`: syncs the bytes and the folder,
+  /// asks again whether `target` may be replaced. For several files that belong together: prepare
+  /// all, then commit all.
+  void prepare();
+
+  /// Syncs the bytes to disk, renames, syncs the folder. When it throws and committed() is true,
+  /// the file stands under its name, only a power cut may still lose it.
   void commit();
 
+  /// Whether the file has its name.
+  bool committed() const noexcept { return descriptor_ < 0; }
+
  private:
+  void make_durable() const;
+
   std::filesystem::path target_;
   Overwrite overwrite_;
   std::filesystem::path temporary_;
