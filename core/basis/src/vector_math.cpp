@@ -166,39 +166,34 @@ GONIO_TARGET_AVX2 void project_avx2(const float* rows, std::size_t row_count, st
                                     float* partial, double* sums) {
   project_loop(rows, row_count, k, res_r, res_g, res_b, partial, sums);
 }
-
-bool has_avx2() {
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
-}
 #endif
 
 }  // namespace
 
 void log_in_place(float* values, std::size_t count) {
 #if GONIO_WITH_AVX2
-  if (has_avx2()) return log_avx2(values, count);
+  if (parallel::has_avx2()) return log_avx2(values, count);
 #endif
   log_loop(values, count);
 }
 
 void exp_in_place(float* values, std::size_t count) {
 #if GONIO_WITH_AVX2
-  if (has_avx2()) return exp_avx2(values, count);
+  if (parallel::has_avx2()) return exp_avx2(values, count);
 #endif
   exp_loop(values, count);
 }
 
 void add_to_sums(const float* values, std::size_t count, double* sums) {
 #if GONIO_WITH_AVX2
-  if (has_avx2()) return add_avx2(values, count, sums);
+  if (parallel::has_avx2()) return add_avx2(values, count, sums);
 #endif
   add_loop(values, count, sums);
 }
 
 void subtract(const float* values, const float* mean, std::size_t count, float* out) {
 #if GONIO_WITH_AVX2
-  if (has_avx2()) return subtract_avx2(values, mean, count, out);
+  if (parallel::has_avx2()) return subtract_avx2(values, mean, count, out);
 #endif
   subtract_loop(values, mean, count, out);
 }
@@ -206,7 +201,7 @@ void subtract(const float* values, const float* mean, std::size_t count, float* 
 void expand_rows(const float* rows, const float* mean, std::size_t row_count, std::size_t k,
                  const float* coefficients, float* out_r, float* out_g, float* out_b) {
 #if GONIO_WITH_AVX2
-  if (has_avx2()) {
+  if (parallel::has_avx2()) {
     return expand_avx2(rows, mean, row_count, k, coefficients, out_r, out_g, out_b);
   }
 #endif
@@ -217,7 +212,7 @@ void project_rows(const float* rows, std::size_t row_count, std::size_t k, const
                   const float* res_g, const float* res_b, double* sums) {
   std::vector<float> partial(3 * k);
 #if GONIO_WITH_AVX2
-  if (has_avx2()) {
+  if (parallel::has_avx2()) {
     return project_avx2(rows, row_count, k, res_r, res_g, res_b, partial.data(), sums);
   }
 #endif

@@ -18,8 +18,9 @@ class Lambertian final : public BrdfModel {
 
 /// The angular factor of a rough diffuse surface: (1 + sigma s / t) / (1 + (1/2 - 2/(3 pi)) sigma)
 /// with s = wi.wo - cos theta_i cos theta_o and t = max(cos theta_i, cos theta_o) for s > 0,
-/// else 1. Never loses reciprocity nor gains energy; sigma = 0 is 1. Source  Oren and Nayar,
-/// SIGGRAPH 1994, in the form of Fujii, "A tiny improvement of Oren-Nayar
+/// else 1. Never loses reciprocity nor gains energy; sigma = 0 is 1.
+///
+/// Source  Oren and Nayar, SIGGRAPH 1994, in the form of Fujii, "A tiny improvement of Oren-Nayar
 ///         reflectance model" (2012), whose albedo stays below 1 at grazing angles.
 class OrenNayarFactor {
  public:

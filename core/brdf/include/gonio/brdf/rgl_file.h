@@ -67,10 +67,9 @@ class RglBrdf final : public BrdfModel {
 /// Reads an isotropic RGB file of the EPFL RGL database, or one of write_rgl().
 ///
 /// Throws   FileError when it cannot be opened or read. DataFormatError (path, byte or field,
-/// found,
-///          expected): no tensor file, a broken head, fields that overlap or leave the file, a
-///          missing or wrongly shaped field, an anisotropic or spectral material, numbers that are
-///          not finite, angles that do not ascend, a negative density.
+///          found, expected): no tensor file, a broken head, fields that overlap or leave the file,
+///          a missing or wrongly shaped field, an anisotropic or spectral material, numbers that
+///          are not finite, angles that do not ascend, a negative density.
 RglTables read_rgl(const std::filesystem::path& path);
 
 /// Any isotropic BRDF, in SI, as an RGL material: grids fine enough for a measured lattice (a polar
