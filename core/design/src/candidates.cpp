@@ -1,7 +1,6 @@
 #include "gonio/design/candidates.h"
 
 #include <algorithm>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -61,38 +60,6 @@ std::vector<std::uint8_t> basis_mask(std::span<const std::uint8_t> lattice_mask)
   std::vector<std::uint8_t> mask(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i) mask[i] = lattice_mask[cells[i]] != 0;
   return mask;
-}
-
-std::optional<std::uint32_t> nearest_allowed(const brdf::HalfDiff& direction,
-                                             std::span<const std::uint8_t> allowed) {
-  const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
-  if (allowed.size() != cells.size()) {
-    throw std::invalid_argument("candidates: a basis mask has " + std::to_string(cells.size()) +
-                                " cells, found " + std::to_string(allowed.size()));
-  }
-  const auto pair_of = [](brdf::HalfDiff at) {
-    at.phi_h = Angle();
-    return brdf::directions_from_half_diff(at);
-  };
-  const brdf::DirectionPair wanted = pair_of(direction);
-  std::optional<std::uint32_t> nearest;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    if (allowed[i] == 0) continue;
-    const brdf::DirectionPair pair =
-        pair_of(lattice::angles_of(lattice::index_from_cell(cells[i])));
-    // Swapping the directions is the same measurement (reciprocity).
-    const double straight =
-        (pair.wi - wanted.wi).squaredNorm() + (pair.wo - wanted.wo).squaredNorm();
-    const double swapped =
-        (pair.wo - wanted.wi).squaredNorm() + (pair.wi - wanted.wo).squaredNorm();
-    const double distance = std::min(straight, swapped);
-    if (distance < least) {
-      least = distance;
-      nearest = static_cast<std::uint32_t>(i);
-    }
-  }
-  return nearest;
 }
 
 }  // namespace gonio::design

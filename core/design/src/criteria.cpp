@@ -11,12 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "gonio/basis/reconstruct.h"
 #include "gonio/errors/errors.h"
 
 namespace gonio::design {
 namespace {
-
-constexpr double kPublishedEta = 40.0;
 
 void require_positive(double eta) {
   if (!(eta > 0.0) || !std::isfinite(eta)) {
@@ -131,7 +130,8 @@ DesignFigures assess(const basis::Basis& basis, const Eigen::MatrixXd& rows,
                      const Eigen::MatrixXd& importance, double eta) {
   DesignFigures figures;
   figures.condition_number = condition_number(rows);
-  figures.xu_metric = xu_metric(rows, basis.singular_values, basis.left_vectors, kPublishedEta);
+  figures.xu_metric =
+      xu_metric(rows, basis.singular_values, basis.left_vectors, basis::kPublishedEta);
   figures.bayes_a = criterion_value(Criterion::bayes_a, rows, importance, eta) / basis.row_count();
   figures.bayes_d = criterion_value(Criterion::bayes_d, rows, importance, eta);
   return figures;

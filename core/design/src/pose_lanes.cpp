@@ -185,12 +185,8 @@ GONIO_TARGET_AVX2 void gain_avx2(const float* v, const float* w, float* gain) {
   gain_loop<q>(v, w, gain);
 }
 
-bool has_avx2() {
-  static const bool has = __builtin_cpu_supports("avx2") != 0;
-  return has;
-}
 #define GONIO_DISPATCH(q, loop, ...) \
-  (has_avx2() ? loop##_avx2<q>(__VA_ARGS__) : loop##_loop<q>(__VA_ARGS__))
+  (parallel::has_avx2() ? loop##_avx2<q>(__VA_ARGS__) : loop##_loop<q>(__VA_ARGS__))
 #else
 #define GONIO_DISPATCH(q, loop, ...) loop##_loop<q>(__VA_ARGS__)
 #endif

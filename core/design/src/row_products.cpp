@@ -98,8 +98,6 @@ GONIO_TARGET_AVX2 void products_avx2(const float* row, std::size_t k, const doub
                                      std::size_t count, double* out) {
   products<DoubleLanes>(row, k, vectors, count, out);
 }
-
-const bool kHasAvx2 = __builtin_cpu_supports("avx2") != 0;
 #endif
 
 }  // namespace
@@ -107,7 +105,7 @@ const bool kHasAvx2 = __builtin_cpu_supports("avx2") != 0;
 void row_products(const float* row, std::size_t k, const float* vectors, std::size_t count,
                   float* out) {
 #if GONIO_WITH_AVX2
-  if (kHasAvx2) return products_avx2(row, k, vectors, count, out);
+  if (parallel::has_avx2()) return products_avx2(row, k, vectors, count, out);
 #endif
   products<FloatLanes>(row, k, vectors, count, out);
 }
@@ -115,7 +113,7 @@ void row_products(const float* row, std::size_t k, const float* vectors, std::si
 void row_products(const float* row, std::size_t k, const double* vectors, std::size_t count,
                   double* out) {
 #if GONIO_WITH_AVX2
-  if (kHasAvx2) return products_avx2(row, k, vectors, count, out);
+  if (parallel::has_avx2()) return products_avx2(row, k, vectors, count, out);
 #endif
   products<DoubleLanes>(row, k, vectors, count, out);
 }

@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "gonio/basis/reconstruct.h"
 #include "gonio/design/criteria.h"
 #include "published_search.h"
 
@@ -27,7 +28,7 @@ class MeasuredSet final : public GrowingSet {
   double value_with(std::uint32_t cell) const override {
     const Eigen::VectorXd a = rows_.row(cell).transpose().cast<double>();
     const Eigen::VectorXd b = open_ * a;
-    const double d = kXuEta + a.dot(b);
+    const double d = basis::kPublishedEta + a.dot(b);
     const Eigen::ArrayXd v = (left_ * b).array() / d;
     const Eigen::ArrayXd q = (weighted_ * b).array();
     const double bend = b.cwiseAbs2().dot(squares_);
@@ -45,7 +46,7 @@ class MeasuredSet final : public GrowingSet {
  private:
   void update() {
     if (samples_.rows() == 0) samples_.resize(0, rows_.cols());
-    open_ = open_share(samples_, kXuEta);
+    open_ = open_share(samples_, basis::kPublishedEta);
     const Eigen::MatrixXd unseen = left_ * open_;
     weighted_ = unseen * squares_.asDiagonal();
     errors_ = weighted_.cwiseProduct(unseen).rowwise().sum();
@@ -79,7 +80,7 @@ Design xu_search(const basis::RowMajorMatrixXf& rows, const Eigen::VectorXd& sin
   Design design = published_search(
       set, gate, options, "design.xu_search", {}, [](double value) { return value; }, progress,
       stop);
-  design.value = xu_metric(set.samples(), singular_values, left_vectors, kXuEta);
+  design.value = xu_metric(set.samples(), singular_values, left_vectors, basis::kPublishedEta);
   return design;
 }
 

@@ -14,16 +14,32 @@
 namespace gonio::quality {
 namespace {
 
-constexpr double kPublishedEta = 40.0;
 constexpr double kPoseStepDeg = 2.0;
 
+/// Groups by first appearance; a material without a name is a group of its own. Without names the
+/// number is the material's position.
+struct Groups {
+  std::vector<std::size_t> of_material;
+  std::size_t count = 0;
+};
+
+Groups numbered_groups(const std::vector<std::string>& names, std::size_t materials) {
+  Groups groups;
+  std::map<std::string, std::size_t> number_of;
+  for (std::size_t i = 0; i < materials; ++i) {
+    std::size_t number = groups.count;
+    if (!names.empty() && !names[i].empty())
+      number = number_of.try_emplace(names[i], number).first->second;
+    if (number == groups.count) ++groups.count;
+    groups.of_material.push_back(number);
+  }
+  return groups;
+}
+
 std::vector<int> fold_of_material(const EvaluateOptions& options, std::size_t count) {
-  std::vector<int> folds(count);
-  std::map<std::string, int> fold_of_group;
-  for (std::size_t i = 0; i < count; ++i) {
-    folds[i] = static_cast<int>(i % static_cast<std::size_t>(options.folds));
-    if (options.groups.empty() || options.groups[i].empty()) continue;
-    folds[i] = fold_of_group.try_emplace(options.groups[i], folds[i]).first->second;
+  std::vector<int> folds;
+  for (const std::size_t group : numbered_groups(options.groups, count).of_material) {
+    folds.push_back(static_cast<int>(group % static_cast<std::size_t>(options.folds)));
   }
   return folds;
 }
@@ -81,8 +97,9 @@ class Fold {
 
   FoldDesign describe(int fold, const std::vector<brdf::HalfDiff>& directions) const {
     const Eigen::MatrixXd rows = design::rows_at(basis::BasisRows(basis_), directions);
-    return {fold, directions, design::condition_number(rows),
-            design::xu_metric(rows, basis_.singular_values, basis_.left_vectors, kPublishedEta)};
+    return {
+        fold, directions, design::condition_number(rows),
+        design::xu_metric(rows, basis_.singular_values, basis_.left_vectors, basis::kPublishedEta)};
   }
 
  private:
@@ -149,13 +166,14 @@ void EvaluateOptions::validate(std::size_t material_count) const {
   const auto refuse = [](const std::string& why) {
     throw std::invalid_argument("evaluate: " + why);
   };
-  if (folds < 2 || static_cast<std::size_t>(folds) > material_count) {
-    refuse("folds is " + std::to_string(folds) + ", expected 2 to the number of materials, " +
-           std::to_string(material_count));
-  }
   if (!groups.empty() && groups.size() != material_count) {
     refuse(std::to_string(groups.size()) + " group names for " + std::to_string(material_count) +
            " materials");
+  }
+  const std::size_t group_count = numbered_groups(groups, material_count).count;
+  if (folds < 2 || static_cast<std::size_t>(folds) > group_count) {
+    refuse("folds is " + std::to_string(folds) + ", expected 2 to the number of " +
+           (groups.empty() ? "materials, " : "groups, ") + std::to_string(group_count));
   }
   for (const std::size_t material : tested) {
     if (material >= material_count) {

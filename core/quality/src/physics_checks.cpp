@@ -6,8 +6,10 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "gonio/brdf/directions.h"
+#include "gonio/brdf/shading_geometry.h"
 #include "gonio/parallel/parallel.h"
 
 namespace gonio::quality {
@@ -38,12 +40,55 @@ brdf::Rgb total_sigma(const samples::Sample& sample) {
   return (sample.sigma_per_sr.square() + sample.u_common_per_sr.square()).sqrt();
 }
 
-ReciprocalPair compared(const samples::SampleSet& set, std::size_t first, std::size_t second) {
+/// How far `b`, light and detector exchanged, lies from `a` along one angle.
+Angle along(Angle brdf::HalfDiff::*angle, const brdf::HalfDiff& a, const brdf::HalfDiff& b) {
+  const double degrees = (a.*angle - b.*angle).degrees();
+  return Angle::from_degrees(angle == &brdf::HalfDiff::phi_d ? std::remainder(degrees, 180.0)
+                                                             : degrees);
+}
+
+brdf::HalfDiff moved(const brdf::HalfDiff& direction, Angle brdf::HalfDiff::*angle, Angle by) {
+  brdf::HalfDiff there = direction;
+  there.*angle += by;
+  if (angle != &brdf::HalfDiff::phi_d) {
+    there.*angle = std::clamp(there.*angle, Angle(), Angle::from_degrees(90.0));
+  }
+  return brdf::above_horizon(there.theta_h, there.theta_d, there.phi_d) ? there : direction;
+}
+
+/// Variance of the difference of a pair that the model gives its angles' uncertainty and distance.
+brdf::Rgb angle_variance(const brdf::BrdfModel& model, const samples::Sample& a,
+                         const samples::Sample& b) {
+  using samples::Sample;
+  constexpr std::array<std::pair<Angle brdf::HalfDiff::*, Angle Sample::*>, 3> kAngles = {
+      {{&brdf::HalfDiff::theta_h, &Sample::u_theta_h},
+       {&brdf::HalfDiff::theta_d, &Sample::u_theta_d},
+       {&brdf::HalfDiff::phi_d, &Sample::u_phi_d}}};
+  brdf::Rgb variance = brdf::Rgb::Zero();
+  for (const auto& [angle, uncertainty] : kAngles) {
+    const Angle reach =
+        Angle::from_radians(std::hypot((a.*uncertainty).radians(), (b.*uncertainty).radians(),
+                                       along(angle, a.direction, b.direction).radians()));
+    const brdf::HalfDiff plus = moved(a.direction, angle, reach);
+    const brdf::HalfDiff minus = moved(a.direction, angle, -reach);
+    const double distance_rad = (plus.*angle - minus.*angle).radians();
+    if (!(distance_rad > 0.0)) continue;
+    const brdf::Rgb change = model.evaluate(brdf::shading_geometry(plus)) -
+                             model.evaluate(brdf::shading_geometry(minus));
+    variance += (change * (reach.radians() / distance_rad)).square();
+  }
+  return variance;
+}
+
+ReciprocalPair compared(const samples::SampleSet& set, std::size_t first, std::size_t second,
+                        const brdf::BrdfModel* model) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const samples::Sample& a = set.samples[first];
   const samples::Sample& b = set.samples[second];
   ReciprocalPair pair{first, second, brdf::Rgb::Constant(kNan), brdf::Rgb::Constant(kNan)};
-  const brdf::Rgb sigma = (total_sigma(a).square() + total_sigma(b).square()).sqrt();
+  brdf::Rgb variance = total_sigma(a).square() + total_sigma(b).square();
+  if (model != nullptr) variance += angle_variance(*model, a, b);
+  const brdf::Rgb sigma = variance.sqrt();
   for (int c = 0; c < 3; ++c) {
     if (a.value_per_sr[c] > 0.0 && b.value_per_sr[c] > 0.0) {
       pair.ratio[c] = a.value_per_sr[c] / b.value_per_sr[c];
@@ -131,13 +176,14 @@ EnergyCheck check_energy(const brdf::BrdfModel& model, brdf::RadiometricScale sc
   return check;
 }
 
-ReciprocityCheck check_reciprocity(const samples::SampleSet& set, Angle tolerance, double limit) {
+ReciprocityCheck check_reciprocity(const samples::SampleSet& set, Angle tolerance, double limit,
+                                   const brdf::BrdfModel* model) {
   ReciprocityCheck check;
   std::vector<bool> used(set.samples.size(), false);
   for (const Candidate& candidate : candidates(set, tolerance)) {
     if (used[candidate.first] || used[candidate.second]) continue;
     used[candidate.first] = used[candidate.second] = true;
-    check.pairs.push_back(compared(set, candidate.first, candidate.second));
+    check.pairs.push_back(compared(set, candidate.first, candidate.second, model));
   }
   double log_sum = 0.0;
   double z_sum = 0.0;

@@ -17,6 +17,9 @@ namespace {
 constexpr double kCaution = 0.5;
 /// Reconstructed tables overshoot by a few per cent where a lobe is narrower than a cell.
 constexpr double kEnergyTolerance = 0.1;
+/// Exchanged directions may differ by this; what they differ by is counted.
+constexpr Angle kReciprocityTolerance = Angle::from_degrees(0.25);
+constexpr double kReciprocityLimit = 3.0;
 /// More of the directions than this clamped at zero is no noise any more.
 constexpr double kClampedLimit = 0.2;
 /// Samples that fit this many times worse than any left-out training material's are of another
@@ -72,8 +75,10 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
               const brdf::BrdfTable& table, const basis::Uncertainty* bands) {
   Verdict verdict;
   verdict.outlook = outlook(basis, fit);
-  verdict.energy = check_energy(brdf::TableBrdf(table), table.scale(), kEnergyTolerance);
-  verdict.reciprocity = check_reciprocity(samples);
+  const brdf::TableBrdf model(table);
+  verdict.energy = check_energy(model, table.scale(), kEnergyTolerance);
+  verdict.reciprocity =
+      check_reciprocity(samples, kReciprocityTolerance, kReciprocityLimit, &model);
   verdict.clamped_share =
       static_cast<double>(clamped_cells(table)) /
       static_cast<double>(brdf::lattice::cells_above_horizon(table.convention()).size());

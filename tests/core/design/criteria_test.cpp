@@ -130,7 +130,6 @@ TEST(XuMetric, EqualsTheDenseDefinition) {
   EXPECT_NEAR(xu_metric(a, training.singular, training.left, eta), dense, kRounding * dense);
 }
 
-// Without samples the error is the training set itself.
 TEST(XuMetric, IsTheSameFromFewAndFromManySamples) {
   // The two ways of working it out meet where samples that say nothing are added.
   const SmallTraining training;
@@ -143,6 +142,7 @@ TEST(XuMetric, IsTheSameFromFewAndFromManySamples) {
 }
 
 TEST(XuMetric, CountsWhatACutBasisLeavesOut) {
+  // Without samples the error is the training set itself.
   const SmallTraining training;
   const double whole = xu_metric(Eigen::MatrixXd(0, 11), training.singular, training.left, 1.0);
   EXPECT_NEAR(whole, training.centred.rowwise().norm().mean(), kRounding * whole);

@@ -94,20 +94,6 @@ TEST(Candidates, LatticeMaskKeepsItsCells) {
   EXPECT_THROW(basis_mask(std::vector<std::uint8_t>(5)), std::invalid_argument);
 }
 
-TEST(Candidates, NearestAllowedCellIsNextDoor) {
-  // The seed report's fourth direction lies below the horizon, by 1.7 degrees at the light.
-  const brdf::HalfDiff wanted = published_set("seed-report-10").directions[3];
-  ASSERT_FALSE(brdf::above_horizon(wanted.theta_h, wanted.theta_d, wanted.phi_d));
-  const std::vector<std::uint8_t> all(basis_cell_count(), 1);
-  const std::optional<std::uint32_t> cell = nearest_allowed(wanted, all);
-  ASSERT_TRUE(cell.has_value());
-  const brdf::HalfDiff found = direction_of_basis_cell(*cell);
-  EXPECT_NEAR(found.theta_h.degrees(), wanted.theta_h.degrees(), 3.0);
-  EXPECT_NEAR(found.theta_d.degrees(), wanted.theta_d.degrees(), 3.0);
-  EXPECT_FALSE(nearest_allowed(wanted, std::vector<std::uint8_t>(all.size(), 0)).has_value());
-  EXPECT_THROW(nearest_allowed(wanted, std::vector<std::uint8_t>(3)), std::invalid_argument);
-}
-
 TEST(PublishedSets, AreAllThereAndAboveTheHorizonButForOne) {
   std::set<std::string_view> names;
   int below = 0;

@@ -1,4 +1,5 @@
 #include "gonio/design/xu_search.h"
+#include "gonio/basis/reconstruct.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,7 +37,8 @@ TEST(XuSearch, EndsWhereNoLatticeNeighbourOfTheLastIsBetter) {
   const Design design = xu_search(rows, singular, left, candidates, options);
   ASSERT_THAT(design.cells, SizeIs(3));
   for (const std::uint32_t cell : design.cells) EXPECT_NE(cell % 3, 1U);
-  EXPECT_DOUBLE_EQ(design.value, xu_metric(rows_of(rows, design.cells), singular, left, kXuEta));
+  EXPECT_DOUBLE_EQ(design.value,
+                   xu_metric(rows_of(rows, design.cells), singular, left, basis::kPublishedEta));
   for (const std::uint32_t step : {1U, 3U}) {
     for (const std::uint32_t next : {design.cells[2] - step, design.cells[2] + step}) {
       if (next >= basis_cell_count() || next % 3 == 1) continue;
@@ -45,13 +47,14 @@ TEST(XuSearch, EndsWhereNoLatticeNeighbourOfTheLastIsBetter) {
       const brdf::HalfDiff a = direction_of_basis_cell(next);
       const brdf::HalfDiff b = direction_of_basis_cell(design.cells[2]);
       if (a.theta_d != b.theta_d || a.theta_h != b.theta_h) continue;  // the row has ended
-      EXPECT_GE(xu_metric(rows_of(rows, moved), singular, left, kXuEta), design.value * 0.999999);
+      EXPECT_GE(xu_metric(rows_of(rows, moved), singular, left, basis::kPublishedEta),
+                design.value * 0.999999);
     }
   }
   // Thirty random triples: none is better than what a search of sixty cells each has found.
   for (std::uint32_t i = 0; i < 30; ++i) {
     EXPECT_GT(xu_metric(rows_of(rows, {1000 + i, 400000 + 7 * i, 900000 + 31 * i}), singular, left,
-                        kXuEta),
+                        basis::kPublishedEta),
               design.value);
   }
 }

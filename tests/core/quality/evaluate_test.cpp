@@ -162,6 +162,22 @@ TEST(Evaluate, KeepsSiblingsInOneFold) {
       evaluate(problem().set, problem().gram, problem().truth(), {published()}, options);
   EXPECT_EQ((*results)[0].scores[3].fold, 1);  // with material 1, not in 3 modulo 3
   EXPECT_EQ((*results)[0].scores[2].fold, 2);
+  EXPECT_EQ((*results)[0].scores[4].fold, 0);  // the fourth group
+}
+
+TEST(Evaluate, SpreadsGroupsOverTheFoldsWhereverTheyStand) {
+  EvaluateOptions options = quick_options();
+  options.folds = 2;
+  options.groups = {"a", "a", "b", "b", "b", "b"};  // both begin at an even position
+  const auto results =
+      evaluate(problem().set, problem().gram, problem().truth(), {published()}, options);
+  for (const MaterialScore& score : (*results)[0].scores) {
+    EXPECT_EQ(score.fold, score.material < 2 ? 0 : 1);
+  }
+  options.folds = 3;
+  EXPECT_THAT(
+      [&] { evaluate(problem().set, problem().gram, problem().truth(), {published()}, options); },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("expected 2 to the number of groups, 2")));
 }
 
 TEST(Evaluate, TestsOnlyWhatIsAskedForButTrainsOnTheRest) {
@@ -173,6 +189,51 @@ TEST(Evaluate, TestsOnlyWhatIsAskedForButTrainsOnTheRest) {
   ASSERT_THAT((*results)[0].scores, SizeIs(1));
   EXPECT_EQ((*results)[0].scores[0].material, 4u);
   EXPECT_THAT((*results)[0].designs, SizeIs(1));
+}
+
+TEST(Evaluate, ChoosesPosesForWhatAPatchShowsOrByTheirCentresAlone) {
+  EvaluateOptions options = quick_options();
+  options.tested = {1};
+  options.pose_design.starts = 1;
+  options.pose_design.polished = 1;
+  options.pose_design.start_candidates = 500;
+  options.pose_design.refine_step_deg = 0.0;
+  options.noise.relative = 0.03;
+  Contender patch = ours(3);
+  patch.patch = PatchGeometry::of_half_width(25.0);
+  Contender centres = patch;
+  centres.chosen_as_points = true;
+  const auto results = evaluate(problem().set, problem().gram, problem().truth(),
+                                {patch, centres, ours(3)}, options);
+  const auto directions = [&](std::size_t contender) {
+    return (*results)[contender].designs.at(0).directions;
+  };
+  EXPECT_THAT(directions(0), SizeIs(3));
+  EXPECT_FALSE(same(directions(0), directions(1)));
+  EXPECT_TRUE(same(directions(1), directions(2)));
+  // The same directions, measured as patches of 25 and as points.
+  EXPECT_LT((*results)[1].weighted_log_rmse().mean, (*results)[2].weighted_log_rmse().mean);
+}
+
+TEST(Evaluate, ScoresNearFieldShotsAndWhatWasSaidOfThem) {
+  EvaluateOptions options = quick_options();
+  options.tested = {4};
+  options.trust = true;
+  Contender shots = ours(1);
+  shots.near_field = design::NearFieldSetup();
+  shots.near_field->image_px = 16;
+  shots.directions = {
+      {Angle::from_degrees(5.0), Angle::from_degrees(20.0), Angle::from_degrees(90.0), Angle()}};
+  const auto results =
+      evaluate(problem().set, problem().gram, problem().truth(), {shots, published()}, options);
+  const MaterialScore& score = (*results)[0].scores.at(0);
+  EXPECT_TRUE(std::isfinite(score.errors.lighting_a.psnr_db));
+  ASSERT_TRUE(score.trust.has_value());
+  EXPECT_GE(score.trust->coverage.in_95, score.trust->coverage.in_68);
+  EXPECT_GT(score.trust->coverage.in_95, 0.0);
+  EXPECT_LE(score.trust->coverage.in_95, 1.0);
+  EXPECT_FALSE(score.trust->expected_psnr_db.has_value()) << "four materials foresee nothing";
+  EXPECT_FALSE((*results)[1].scores.at(0).trust.has_value()) << "it leaves nothing out";
 }
 
 TEST(Evaluate, FindsNoiseWorseThanNone) {

@@ -118,6 +118,41 @@ TEST(Reciprocity, PairsTheNearestFirstAndEachOnce) {
   EXPECT_EQ(check.pairs[0].second, 2u);
 }
 
+/// One tenth of a neper per tenth of a degree, two degrees from the mirror direction.
+class NarrowLobe final : public brdf::BrdfModel {
+  Rgb evaluate_visible(const brdf::ShadingGeometry& g) const override {
+    const double degrees = g.half_diff.theta_h.degrees();
+    return Rgb::Constant(20.0 * std::exp(-0.25 * degrees * degrees));
+  }
+};
+
+TEST(Reciprocity, CountsWhatAngleErrorsMakeOfANarrowLobe) {
+  const NarrowLobe lobe;
+  const auto at = [&](double theta_h, double phi_d, double seen_at, int pose) {
+    const brdf::HalfDiff there = half_diff_deg(seen_at, 40, phi_d);
+    const double value = lobe.evaluate(brdf::shading_geometry(there))[0];
+    samples::Sample s = sample(theta_h, 40, phi_d, value, pose);
+    s.sigma_per_sr = Rgb::Constant(0.01 * value);
+    s.u_common_per_sr.setZero();
+    return s;
+  };
+  const Angle tolerance = Angle::from_degrees(0.25);
+  samples::SampleSet apart;  // where they say they are, 0.2 deg from each other
+  apart.samples = {at(2.0, 70, 2.0, 0), at(2.2, 250, 2.2, 1)};
+  EXPECT_GT(check_reciprocity(apart).rms_z, 5.0);
+  EXPECT_NEAR(check_reciprocity(apart, tolerance, 3.0, &lobe).rms_z, 1.0, 0.1);
+
+  samples::SampleSet off;  // 0.2 deg from where they say they are
+  off.samples = {at(2.0, 70, 2.0, 0), at(2.0, 250, 2.2, 1)};
+  EXPECT_GT(check_reciprocity(off, tolerance, 3.0, &lobe).rms_z, 5.0) << "nothing was stated";
+  for (samples::Sample& s : off.samples) s.u_theta_h = Angle::from_degrees(0.15);
+  EXPECT_NEAR(check_reciprocity(off, tolerance, 3.0, &lobe).rms_z, 1.0, 0.1);
+
+  samples::SampleSet wrong = off;  // a factor that no angle explains
+  wrong.samples[1].value_per_sr *= 0.3;
+  EXPECT_FALSE(check_reciprocity(wrong, tolerance, 3.0, &lobe).passed);
+}
+
 TEST(Reciprocity, LeavesSubSamplesOfOnePoseAlone) {
   samples::SampleSet set;  // near normal incidence a patch holds its own exchanged directions
   set.samples = {sample(20, 0.05, 0, 0.3, 4), sample(20, 0.05, 180, 0.3, 4)};

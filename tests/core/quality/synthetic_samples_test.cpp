@@ -99,14 +99,14 @@ TEST(SyntheticSamples, PatchSpreadsDirectionsByItsWidthOverTheDistance) {
   EXPECT_NEAR(set.samples[3].direction.theta_h.radians(), 0.030, 3e-4);  // second order in 0.04
 }
 
-TEST(SyntheticSamples, LeaveOutWhatAPatchPutsBelowTheHorizon) {
+TEST(SyntheticSamples, StayAboveTheHorizonWithCameraAndLampNearTheSamplesEdge) {
   PatchGeometry patch;
   patch.half_width_mm = 50.0;
   patch.camera_distance_mm = patch.lamp_distance_mm = 60.0;
   const std::vector<HalfDiff> directions = {half_diff_deg(2.0, 87.0, 5.0)};
   const samples::SampleSet set =
       synthetic_samples(LightCosine(), brdf::RadiometricScale::si, directions, patch);
-  EXPECT_FALSE(set.samples.empty());
+  EXPECT_EQ(set.samples.size(), 9u);  // all of a 3 x 3 patch
   for (const samples::Sample& sample : set.samples) {
     const brdf::DirectionPair pair = brdf::directions_from_half_diff(sample.direction);
     EXPECT_GT(pair.wi.z(), 0.0);

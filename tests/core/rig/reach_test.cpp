@@ -53,41 +53,11 @@ TEST(Reach, DoesNotDependOnTheNumberOfThreads) {
   const Inverse inverse(la2());
   parallel::set_thread_count(1);
   const ReachStatistics one = reach_statistics(inverse);
-  const auto nearest_one = nearest_reachable(inverse, half_diff_deg(2.84, 89.0, 15.0));
   parallel::set_thread_count(2);
   const ReachStatistics two = reach_statistics(inverse);
-  const auto nearest_two = nearest_reachable(inverse, half_diff_deg(2.84, 89.0, 15.0));
   parallel::set_thread_count(0);
   EXPECT_EQ(one.reachable, two.reachable);
   EXPECT_EQ(one.refused, two.refused);
-  ASSERT_TRUE(nearest_one && nearest_two);
-  EXPECT_EQ(nearest_one->direction.theta_d, nearest_two->direction.theta_d);
-}
-
-TEST(Reach, OffersAReachableDirectionCloseToARefusedOne) {
-  const Inverse inverse(la2());
-  const brdf::HalfDiff refused = half_diff_deg(2.84, 89.0, 15.0);
-  const auto offer = nearest_reachable(inverse, refused);
-  ASSERT_TRUE(offer);
-  EXPECT_FALSE(inverse.solve(offer->direction).poses.empty());
-  // Both directions have to come back from about 90 to 80 deg, by a good 9 and 12 deg.
-  EXPECT_GT(offer->distance, deg(8.0));
-  EXPECT_LT(offer->distance, deg(14.0));
-}
-
-TEST(Reach, OffersTheCellOfADirectionThatIsReachable) {
-  const auto offer = nearest_reachable(Inverse(la2()), half_diff_deg(20.0, 30.5, -79.5));
-  ASSERT_TRUE(offer);
-  EXPECT_LT(offer->distance, deg(0.6));  // half a cell
-  // phi_d = -79.5 is 100.5 by reciprocity, which the lattice takes for granted.
-  EXPECT_NEAR(offer->direction.phi_d.degrees(), 100.5, 1e-9);
-}
-
-TEST(Reach, OffersNothingWhereNothingIsReachable) {
-  RigDescription rig = la2();
-  rig.limits.theta_i_max = Angle();
-  rig.limits.theta_o_max = Angle();
-  EXPECT_FALSE(nearest_reachable(Inverse(rig), half_diff_deg(10.0, 20.0, 30.0)));
 }
 
 TEST(Reach, RankTellsAnInPlaneRig) {

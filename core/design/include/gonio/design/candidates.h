@@ -29,9 +29,8 @@ bool within(const DirectionLimits& limits, const brdf::HalfDiff& direction);
 /// `noise`    m sigma^2 of a sample there, nepers^2, not negative, on top of the search's own eta;
 ///            one per cell; empty: none.
 /// `penalty`  What a sample there costs, as a share of the criterion: its natural logarithm rises
-/// by
-///            this much, so at 0.01 a sample must lower the error by one per cent to be worth it.
-///            For time: seconds times the share a second is worth. One per cell; empty: none.
+///            by this much, so at 0.01 a sample must lower the error by one per cent to be worth
+///            it. For time: seconds times the share a second is worth. One per cell; empty: none.
 struct Candidates {
   std::vector<std::uint8_t> allowed = {};
   std::function<bool(std::uint32_t basis_cell)> accept = {};
@@ -52,10 +51,5 @@ std::vector<std::uint8_t> cells_within(const DirectionLimits& limits);
 /// From one byte per lattice cell (as rig::ReachStatistics has) to one per basis cell.
 /// Throws std::invalid_argument unless lattice::kCells long.
 std::vector<std::uint8_t> basis_mask(std::span<const std::uint8_t> lattice_mask);
-
-/// The allowed cell nearest to a direction that cannot be used: least |wi - wi'|^2 + |wo - wo'|^2
-/// in the frame of the half vector. Empty when nothing is allowed.
-std::optional<std::uint32_t> nearest_allowed(const brdf::HalfDiff& direction,
-                                             std::span<const std::uint8_t> allowed);
 
 }  // namespace gonio::design

@@ -16,8 +16,8 @@ struct PatchGeometry {
   double lamp_distance_mm = 500.0;
 
   /// A patch cut into squares of at most 10 mm, 3 x 3 to 7 x 7 of them: one lies in the middle.
-  /// Five by five instead of three by three over +-25 mm are worth 0.15 dB (ten
-  /// poses, 90 held-out materials: docs/results.md). Distances as above.
+  /// Beyond +-35 mm the 7 x 7 are larger. Five by five instead of three by three over +-25 mm are
+  /// worth 0.15 dB (ten poses, 90 held-out materials: docs/results.md). Distances as above.
   static PatchGeometry of_half_width(double half_width_mm);
 
   /// Three by three squares whose outermost have the same centres: poses are chosen for these, at a

@@ -9,10 +9,8 @@
 
 namespace gonio::design {
 
-/// The eta the published metric is quoted at.
-constexpr double kXuEta = 40.0;
-
-/// Directions by the error metric of Xu, Nielsen et al. 2016 (xu_metric()), kept for comparison:
+/// Directions by the error metric of Xu, Nielsen et al. 2016 (xu_metric() at
+/// basis::kPublishedEta), kept for comparison:
 /// from the first on the best of random cells by the metric, moved over the lattice while it falls.
 /// The paper gives the metric; for single directions the search around it is taken to be the one
 /// its authors published the year before (condition_search()).

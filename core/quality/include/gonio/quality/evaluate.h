@@ -38,11 +38,13 @@ struct Contender {
 };
 
 struct EvaluateOptions {
-  int folds = 5;  ///< 2 to the number of groups; as many as materials leaves one out at a time
+  int folds =
+      5;  ///< 2 to the number of groups (materials without); as many leaves one out at a time
   /// Indices of the materials to score; empty scores all. The others still train.
   std::vector<std::size_t> tested;
   /// One name per material, empty for none: materials with the same name (one family, siblings of
-  /// one measurement) always stand in one fold, that of their first. Empty: no groups.
+  /// one measurement) always stand in one fold. A material without a name is a group of its own.
+  /// Empty: no groups.
   std::vector<std::string> groups;
   int components = basis::kDefaultComponents;
   design::ExchangeOptions design;  ///< but for sample_count and seed, which stand elsewhere
@@ -124,8 +126,9 @@ struct EvaluateProgress {
 /// tabulated. Training data fill holes; a score must not.
 using TruthSource = std::function<brdf::BrdfTable(std::size_t material)>;
 
-/// Held-out evaluation. Fold of a material: its position (its group's first position) modulo
-/// `folds`. Basis, design and every setting come from the other folds alone.
+/// Held-out evaluation. Fold of a material: the number of its group, counted in order of first
+/// appearance, modulo `folds`; without groups that number is its position. Basis, design and every
+/// setting come from the other folds alone.
 ///
 /// Memory   The training set, one basis, two tables.
 /// Stop     Between reconstructions: returns empty.

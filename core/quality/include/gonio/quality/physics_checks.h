@@ -58,10 +58,13 @@ struct ReciprocityCheck {
 /// directions within `tolerance`; each sample is used once, nearest pairs first. Samples that share
 /// a pose are not paired.
 ///
-/// Uncertainty  Independent and pose-common parts of both samples; that of the angles is not
-///              counted, so allow for it in `limit` on glossy samples.
+/// Uncertainty  Independent and pose-common parts of both samples. With `model` also what its slope
+///              makes, angle by angle, of both samples' angle uncertainties and of the distance of
+///              the two directions; without it allow for these in `limit` on glossy samples.
+/// `model`      About what was measured, in the set's scale: a reconstruction. Null: none.
 ReciprocityCheck check_reciprocity(const samples::SampleSet& set,
-                                   Angle tolerance = Angle::from_degrees(0.25), double limit = 3.0);
+                                   Angle tolerance = Angle::from_degrees(0.25), double limit = 3.0,
+                                   const brdf::BrdfModel* model = nullptr);
 
 /// Cells above the horizon that are valid and zero in at least one channel: where a fit went below
 /// zero and was clamped.

@@ -36,8 +36,9 @@ samples::SampleSet synthetic_samples(const brdf::BrdfModel& truth, brdf::Radiome
                                      std::uint64_t stream = 0);
 
 /// Samples that near-field shots give: one per lattice cell that a shot's pixels fall into, at
-/// their mean direction. `noise.relative` is that of a pixel; shot i has pose i. Throws    As
-/// synthetic_samples(); also when no shot has a usable pixel.
+/// their mean direction. `noise.relative` is that of a pixel; shot i has pose i.
+///
+/// Throws    As synthetic_samples(); also when no shot has a usable pixel.
 samples::SampleSet near_field_samples(const brdf::BrdfModel& truth, brdf::RadiometricScale scale,
                                       std::span<const brdf::HalfDiff> shots,
                                       const design::NearFieldSetup& setup,
