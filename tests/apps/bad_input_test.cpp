@@ -98,8 +98,8 @@ TEST_F(BadInput, NamesDirectionsThatCannotBeMeasured) {
   refused(measure("horizon.csv"), {"horizon.csv", "line 3", "BELOW_HORIZON"});
   refused({"plan", "--directions", "horizon.csv", "--rig", "rig.toml", "--out", "plan.csv"},
           {"horizon.csv", "line 3"});
-  refused({"plan", "--directions", "nielsen-10", "--rig", "rig.toml", "--patch", "-3", "--out",
-           "plan.csv"},
+  refused({"plan", "--samples", "3", "--basis", "basis.h5", "--rig", "rig.toml", "--patch", "-3",
+           "--out", "plan.csv"},
           {"--patch", "found '-3'", "expected auto or 0 to 500 mm"});
   refused({"plan", "--near-field", "--samples", "3", "--out", "plan.csv"}, {"--near-field"});
   folder.write("near.csv", kHeader + std::string("1,1,0\n"));
@@ -161,6 +161,39 @@ TEST_F(BadInput, RefusesWeightsThatSayNothing) {
   refused(
       {"plan", "--samples", "4", "--basis", "basis.h5", "--time-price", "1", "--out", "plan.csv"},
       {"--time-price", "--rig"});
+}
+
+TEST_F(BadInput, RefusesOptionsThatWouldChangeNothing) {
+  using Words = std::vector<std::string>;
+  const auto refused_after = [&](Words words, const Words& option) {
+    words.insert(words.end(), option.begin(), option.end());
+    words.insert(words.end(), {"--out", "out.csv"});
+    refused(words, {option.front()});
+  };
+  for (const Words& option :
+       {Words{"--method", "xu"}, Words{"--objective", "d"}, Words{"--time-price", "1"},
+        Words{"--patch", "10"}, Words{"--explain"}, Words{"--json"}, Words{"--skip-unreachable"},
+        Words{"--calibration", "c.json"}}) {
+    refused_after({"plan", "--near-field", "--basis", "basis.h5"}, option);
+  }
+  for (const Words& option :
+       {Words{"--method", "xu"}, Words{"--objective", "d"}, Words{"--noise", "0.1"},
+        Words{"--weights", "uniform"}, Words{"--patch", "10"}, Words{"--shots", "3"},
+        Words{"--fov", "30"}, Words{"--calibration", "c.json"}, Words{"--skip-unreachable"}}) {
+    refused_after({"plan", "--directions", "nielsen-10"}, option);
+  }
+  for (const Words& option :
+       {Words{"--objective", "d"}, Words{"--noise", "0.1"}, Words{"--weights", "uniform"}}) {
+    refused_after({"plan", "--samples", "3", "--basis", "basis.h5", "--method", "xu"}, option);
+  }
+  folder.write("rig.toml", "[rig]\nname = \"r\"\n");
+  folder.write("list.csv", kHeader + std::string("10,20,30\n"));
+  const Words sample{"sample", "builtin:slate", "--directions", "list.csv"};
+  refused_after(sample, {"--lamp-mm", "500"});
+  Words near = sample;
+  near.emplace_back("--near-field");
+  refused_after(near, {"--rig", "rig.toml"});
+  refused({"evaluate", "builtin", "--camera-mm", "200"}, {"--camera-mm", "--shots"});
 }
 
 TEST_F(BadInput, NamesTheRowOfBadSamples) {

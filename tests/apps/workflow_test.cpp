@@ -4,67 +4,13 @@
 #include <algorithm>
 #include <csignal>
 #include <nlohmann/json.hpp>
-#include <set>
 
-#include "gonio_process.h"
-#include "temporary_folder.h"
+#include "workflow.h"
 
 namespace gonio {
 namespace {
 
 using testing::HasSubstr;
-
-/// The nominal view on a sixteenth of the pixels, so that a session takes a second.
-const std::string kSmallRig = R"([camera]
-width_px = 80
-height_px = 64
-fx_px = 345.0
-fy_px = 345.0
-cx_px = 39.5
-cy_px = 31.5
-[session]
-white_frames = 2
-dark_frames = 2
-)";
-
-const std::string kList =
-    "theta_h_deg,theta_d_deg,phi_d_deg\n3,12,28\n39,60,89\n15,30,130\n2,60,180\n20,20,60\n";
-
-/// Ten materials of several families, none of them the one that is measured.
-const std::vector<std::string> kTrain{"train",
-                                      "builtin:white-ptfe",
-                                      "builtin:grey-abs",
-                                      "builtin:gold-satin",
-                                      "builtin:slate",
-                                      "builtin:signal-red-enamel",
-                                      "builtin:blue-metallic",
-                                      "builtin:oak-oiled",
-                                      "builtin:red-felt",
-                                      "builtin:silicone-red",
-                                      "builtin:ivory-wall-latex"};
-
-class Workflow : public testing::Test {
- protected:
-  void SetUp() override {
-    folder.write("rig.toml", kSmallRig);
-    folder.write("list.csv", kList);
-  }
-
-  Ended run(std::vector<std::string> arguments, int expected = 0) {
-    const Ended ended = run_gonio(arguments, folder.path());
-    EXPECT_EQ(ended.exit_code, expected) << testing::PrintToString(arguments) << "\n"
-                                         << ended.error;
-    return ended;
-  }
-
-  void train() {
-    std::vector<std::string> arguments = kTrain;
-    arguments.insert(arguments.end(), {"--out", "basis.h5", "--components", "9"});
-    run(arguments);
-  }
-
-  TemporaryFolder folder;
-};
 
 TEST_F(Workflow, LeadsFromMaterialsToAReconstructionAndAReport) {
   train();
@@ -173,81 +119,6 @@ TEST_F(Workflow, GivesTheSameBytesWithOneAndTwoThreads) {
   EXPECT_GT(frames, 30);
 }
 
-TEST_F(Workflow, ChoosesPosesForWhatTheRigsFramesShow) {
-  train();
-  const Ended chosen = run({"plan", "--basis", "basis.h5", "--samples", "3", "--rig", "rig.toml",
-                            "--out", "plan.csv", "--explain"});
-  // Spots of 2 mm half width, 2 mm clear of the edge of 25 mm: the outermost at 21 mm of 5 x 5.
-  EXPECT_THAT(folder.read("plan.csv"), HasSubstr("patches of +-26.25 mm (5 x 5)"));
-  EXPECT_THAT(chosen.out, HasSubstr("a sample of +-50"));
-  const Ended assumed =
-      run({"plan", "--basis", "basis.h5", "--samples", "3", "--out", "list2.csv"});
-  EXPECT_THAT(assumed.error, HasSubstr("no rig: patches of +-25 mm"));
-  run({"plan", "--basis", "basis.h5", "--samples", "3", "--patch", "0", "--out", "points.csv"});
-  EXPECT_THAT(folder.read("points.csv"), HasSubstr("points"));
-  EXPECT_NE(folder.read("points.csv").substr(folder.read("points.csv").find("phi_d_deg")),
-            folder.read("list2.csv").substr(folder.read("list2.csv").find("phi_d_deg")));
-}
-
-TEST_F(Workflow, ReconstructsFromTwoPhotographsTakenFromNear) {
-  train();
-  const Ended chosen =
-      run({"plan", "--basis", "basis.h5", "--near-field", "--shots", "2", "--out", "shots.csv"});
-  EXPECT_THAT(chosen.out, HasSubstr("keeps 90 % of what an endless one shows"));
-  run({"sample", "builtin:pink-polypropylene", "--directions", "shots.csv", "--near-field",
-       "--noise", "0.05", "--out", "samples.csv"});
-  run({"reconstruct", "samples.csv", "--basis", "basis.h5", "--method", "ridge", "--out",
-       "found.binary"});
-  const auto errors = nlohmann::json::parse(
-      run({"compare", "builtin:pink-polypropylene", "found.binary", "--json"}).out);
-  EXPECT_GT(errors["psnr_a_db"].get<double>(), 22.0);  // as above, a little less
-}
-
-TEST_F(Workflow, DryRunMovesNothingAndLeavesNothing) {
-  const Ended ended = run(
-      {"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--dry-run"});
-  EXPECT_THAT(ended.out, HasSubstr("(39.00, 60.00, 89.00) deg"));
-  EXPECT_THAT(ended.error, HasSubstr("nothing was moved"));
-  EXPECT_THAT(folder.names(), testing::ElementsAre("list.csv", "rig.toml"));
-}
-
-TEST_F(Workflow, MeasuresAPlanInItsOwnOrderAndPoses) {
-  run({"plan", "--directions", "nielsen-10", "--rig", "rig.toml", "--out", "plan.csv"});
-  const Ended ended = run(
-      {"measure", "rig.toml", "--plan", "plan.csv", "--material", "builtin:red-pmma", "--dry-run"});
-  // The published ten, in the shortest order: the first and the last.
-  EXPECT_THAT(ended.out, testing::StartsWith("(2.00, 60.00, 180.00) deg"));
-  EXPECT_LT(ended.out.find("(3.00, 12.00, 28.00)"), ended.out.find("(1.00, 6.00, 37.00)"));
-}
-
-TEST_F(Workflow, ExplainsDirectionsFromEverySearch) {
-  train();
-  const std::vector<std::vector<std::string>> searches = {
-      {"--objective", "loo", "--weights", "image=1,uniform=1"},
-      {"--objective", "d", "--noise", "0.05", "--time-price", "2"},
-      {"--method", "xu"}};
-  std::set<std::string> plans;
-  for (const std::vector<std::string>& search : searches) {
-    std::vector<std::string> arguments = {"plan",     "--basis", "basis.h5", "--samples",
-                                          "4",        "--rig",   "rig.toml", "--out",
-                                          "plan.csv", "--force", "--json",   "--explain"};
-    arguments.insert(arguments.end(), search.begin(), search.end());
-    const auto explained = nlohmann::json::parse(run(arguments).out);
-    const auto& figures = explained["figures"];
-    EXPECT_GT(figures["condition_number"], 1.0);
-    EXPECT_GT(figures["xu_metric"], 0.0);
-    EXPECT_GT(figures["bayes_a"], 0.0);
-    EXPECT_LT(figures["bayes_d"], 0.0);
-    EXPECT_GT(figures["expected_psnr_db"], 5.0);
-    EXPECT_GT(figures["expected_psnr_standard_error_db"], 0.0);
-    EXPECT_LE(figures["uncovered"]["share_of_error"], 1.0);
-    EXPECT_EQ(figures["uncovered"]["theta_d_deg"].size(), 2U);
-    EXPECT_EQ(explained["session"]["points"].size(), 4U);
-    plans.insert(folder.read("plan.csv"));
-  }
-  EXPECT_EQ(plans.size(), searches.size()) << "every search has its own answer";
-}
-
 TEST_F(Workflow, SamplesAndEvaluatesMaterialsFromFiles) {
   run({"materials", "make", "files", "--only", "slate", "gold-satin", "red-pmma", "oak-oiled",
        "grey-abs", "blue-metallic"});
@@ -277,19 +148,6 @@ TEST_F(Workflow, DescribesTheReferenceRigAlsoAsChains) {
   const auto short_form = nlohmann::json::parse(run({"rig", "check", "rig.toml", "--json"}).out);
   EXPECT_EQ(chains["reachable_cells"], short_form["reachable_cells"]);
   EXPECT_EQ(chains["published_ten_reached"], 10);
-}
-
-TEST_F(Workflow, TakesInstrumentConstantsFromACalibrationFile) {
-  folder.write("calibration.json", run({"rig", "example", "--type", "calibration"}).out);
-  folder.write("calibrated.toml", "[rig]\ncalibration = \"calibration.json\"\n");
-  EXPECT_THAT(run({"rig", "check", "calibrated.toml"}).out, HasSubstr("nominal constants"));
-  // Constants of another camera than the one that is there: refused before anything moves.
-  const Ended refused =
-      run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma",
-           "--calibration", "calibration.json", "--out", "session"},
-          2);
-  EXPECT_THAT(refused.error, HasSubstr("calibration is for 320 x 256 px"));
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "session"));
 }
 
 TEST_F(Workflow, LeavesOutUnreachableDirectionsWhenTold) {

@@ -4,12 +4,22 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "comparison_json.h"
+#include "gonio/quality/metrics.h"
 #include "json_text.h"
 #include "materials_input.h"
 
 namespace gonio::cli {
 
+namespace {
+
+struct Options {
+  std::string truth;
+  std::string found;
+  ScaleWish scale;
+  bool json = false;
+};
+
+/// Flat keys with units (docs/formats.md); a figure that is infinite or not known becomes null.
 nlohmann::ordered_json to_json(const quality::Comparison& comparison) {
   const quality::LatticeError& lattice = comparison.lattice;
   return {{"psnr_a_db", comparison.lighting_a.psnr_db},
@@ -25,15 +35,6 @@ nlohmann::ordered_json to_json(const quality::Comparison& comparison) {
           {"only_in_first", lattice.only_in_truth},
           {"only_in_second", lattice.only_in_found}};
 }
-
-namespace {
-
-struct Options {
-  std::string truth;
-  std::string found;
-  ScaleWish scale;
-  bool json = false;
-};
 
 int compare(Context& context, const Options& options) {
   const auto load = [&](const std::string& word) {

@@ -4,9 +4,7 @@
 
 #include "command.h"
 #include "gonio/brdf/merl_file.h"
-#include "gonio/brdf/rgl_file.h"
 #include "gonio/brdf/scattered_brdf.h"
-#include "gonio/quality/metrics.h"
 #include "gonio/samples/csv.h"
 #include "gonio/samples/samples.h"
 #include "json_text.h"
@@ -135,21 +133,6 @@ int convert(Context& context, const Options& options) {
 }
 
 }  // namespace
-
-quality::LatticeError write_rgl_of(const brdf::BrdfTable& table, const std::string& name,
-                                   const std::string& out, files::Overwrite overwrite) {
-  if (table.scale() != brdf::RadiometricScale::si) {
-    throw UsageError(fmt::format("{}: radiometric scale: found {}, expected si, which .bsdf files "
-                                 "are in",
-                                 name, brdf::to_string(table.scale())),
-                     "--scale si converts it by the factor of --merl-to-si");
-  }
-  const brdf::RglTables tables =
-      brdf::rgl_tables(brdf::TableBrdf(table), std::filesystem::path(name).stem().string());
-  brdf::write_rgl(out, tables, overwrite);
-  return quality::lattice_error(
-      table, brdf::tabulate(brdf::RglBrdf(tables), brdf::RadiometricScale::si, table.convention()));
-}
 
 void add_convert(const Command& root) {
   auto options = std::make_shared<Options>();

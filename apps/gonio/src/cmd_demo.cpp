@@ -52,6 +52,11 @@ struct MaterialResult {
   Outcome published;
 };
 
+/// "patches of 5 x 5 values per pose"
+std::string patches_text(const RigFile& rig) {
+  return fmt::format("patches of {0} x {0} values per pose", rig.reduction.grid);
+}
+
 class Demo {
  public:
   Demo(Context& context, const Options& options, const std::filesystem::path& folder)
@@ -59,9 +64,8 @@ class Demo {
         console_(context.console),
         options_(options),
         folder_(folder),
-        rig_(default_rig_file()),
-        instrument_(nominal_instrument(rig_)),
-        inverse_(rig_.rig, rig_.branches),
+        rig_{default_rig_file(), nominal_instrument(default_rig_file())},
+        inverse_(rig_.constants.rig, rig_.file.branches),
         set_(brdf::RadiometricScale::si) {}
 
   void train_all() {
@@ -118,11 +122,11 @@ class Demo {
     std::vector<samples::Direction> directions;
     for (const brdf::HalfDiff& angles : chosen) directions.push_back({angles, 0});
     SimulatedSession session;
-    session.rig = rig_;
-    session.instrument = instrument_;
-    session.plan = plan_poses(rig_, inverse_, directions, options_.seed);
-    session.plan_text =
-        plan_text(rig_.rig, session.plan, {}, {fmt::format("gonio demo {}", version_text())});
+    session.rig = rig_.file;
+    session.instrument = rig_.constants;
+    session.plan = plan_poses(rig_.file, inverse_, directions, options_.seed);
+    session.plan_text = plan_text(rig_.constants.rig, session.plan, {},
+                                  {fmt::format("gonio demo {}", version_text())});
     session.material = {material.model, brdf::RadiometricScale::si};
     session.material_name = material.name;
     session.seed = options_.seed;
@@ -154,7 +158,7 @@ class Demo {
 
   MaterialResult reconstruct(const brdf::BuiltinMaterial& material, const basis::Basis& basis,
                              const StoredSession& session, const std::filesystem::path& folder) {
-    acquisition::ReductionOptions point_options = rig_.reduction;
+    acquisition::ReductionOptions point_options = rig_.file.reduction;
     point_options.grid = 1;
     acquisition::Reduction patches;
     acquisition::Reduction points;
@@ -205,12 +209,12 @@ class Demo {
     for (const std::string& warning : patches.warnings) data.warnings.push_back(warning);
     data.checks = self_checks(*result.ours.table, &result.ours.fit);
     data.checks.push_back(evenness(patches.samples, result.ours.fit));
-    data.methods = {{"This measurement", "patches of 5 x 5 values per pose", result.ours.table,
-                     result.ours.comparison},
-                    {"Points", "the same frames, one value per pose", result.points.table,
-                     result.points.comparison},
-                    {"Published method", "the same points, eta = 40, k = n", result.published.table,
-                     result.published.comparison}};
+    data.methods = {
+        {"This measurement", patches_text(rig_.file), result.ours.table, result.ours.comparison},
+        {"Points", "the same frames, one value per pose", result.points.table,
+         result.points.comparison},
+        {"Published method", "the same points, eta = 40, k = n", result.published.table,
+         result.published.comparison}};
     add_trust(basis, patches.samples, result.ours.fit, data.methods.front(), data);
     data.provenance.push_back({"Basis fingerprint", basis_fingerprint(basis)});
     report::write_report(folder / "report.html", data);
@@ -221,8 +225,7 @@ class Demo {
   const Console& console_;
   const Options& options_;
   std::filesystem::path folder_;
-  RigFile rig_;
-  instrument::Instrument instrument_;
+  KnownRig rig_;
   rig::Inverse inverse_;
   basis::TrainingSet set_;
   Eigen::MatrixXd gram_;
@@ -324,8 +327,8 @@ int demo(Context& context, const Options& options) {
   files::write_text_file(folder.path() / "index.html", index_page(results));
   folder.commit();
   context.console.result(
-      table_text(results) +
-      "patches: 5 x 5 values per pose; points: the same frames reduced to one value per pose;\n"
+      table_text(results) + patches_text(default_rig_file()) +
+      "; points: the same frames reduced to one value per pose;\n"
       "published: Nielsen et al. 2015 (eta = 40, k = n) on these points.\n"
       "All on simulated sessions of analytic materials, each without its family in training.\n");
   context.console.result(fmt::format("Report: {}/index.html\n", out));

@@ -117,6 +117,7 @@ std::string trust_text(const quality::ContenderResult& result) {
 }
 
 int evaluate(Context& context, const Options& options) {
+  if (options.shots == 0) refuse_near_field_options(options.camera, "--shots");
   const TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
   if (input.size() < 4) {
     throw UsageError(fmt::format("found {} materials, expected at least 4", input.size()));
@@ -281,7 +282,7 @@ void add_evaluate(const Command& root) {
   add_scale_options(command, options->scale);
   command.integer("--shots", options->shots, 0, 20,
                   "Score this many near-field shots as well, and the published pair");
-  command.number("--fov", options->camera.fov_deg, 1.0, 120.0, "Of the shots, degrees");
+  add_near_field_options(command, options->camera);
   add_noise_options(command, options->noise);
   command.seed(options->seed, "Of search and noise");
   command.flag("--trust", options->trust,

@@ -7,7 +7,7 @@
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/rig/reach.h"
 #include "json_text.h"
-#include "simulated_rig.h"
+#include "patch_geometry.h"
 
 namespace gonio::cli {
 namespace {
@@ -75,9 +75,9 @@ int check(Context& context, const CheckOptions& options) {
                         axis.max_speed_deg_per_s);
   }
   text += fmt::format("camera          {} x {} px, {:.0f} mm away\n", known.camera.width_px,
-                      known.camera.height_px, file.camera_distance());
+                      known.camera.height_px, camera_distance_mm(known.rig));
   text += fmt::format("lamp            {}, {:.0f} mm away\n",
-                      file.white_light ? "white" : "R, G, B in turn", file.lamp_distance());
+                      file.white_light ? "white" : "R, G, B in turn", lamp_distance_mm(known.rig));
   text += reach_text(reach, inverse.closed_form());
   if (in_plane_only) text += "  the axes reach in-plane directions only\n";
   text += fmt::format("published ten   {} of {} reached\n", published_reached,

@@ -26,6 +26,10 @@ struct Options {
 };
 
 int sample(Context& context, const Options& options) {
+  if (!options.near_field) refuse_near_field_options(options.camera, "--near-field");
+  if (options.near_field && !options.rig.empty()) {
+    throw UsageError("--rig does nothing with --near-field: give one of them");
+  }
   require_output(options.out, options.force, {options.material, options.directions, options.rig});
   std::vector<brdf::HalfDiff> directions;
   for (const samples::Direction& each :
@@ -33,7 +37,7 @@ int sample(Context& context, const Options& options) {
     directions.push_back(each.angles);
   }
   const quality::PatchGeometry patch =
-      options.rig.empty() ? quality::PatchGeometry{} : patch_of(read_rig_file(options.rig));
+      options.rig.empty() ? quality::PatchGeometry{} : patch_of(known_rig(options.rig));
   const NamedMaterial named = named_material(options.material);
   report_conventions(context.console, named, Report::warnings);
   const SampleMaterial material = load_sample(named);
@@ -65,9 +69,7 @@ void add_sample(const Command& root) {
   command.text("--rig", options->rig, "Sub-samples per pose, as this rig would see them");
   command.flag("--near-field", options->near_field,
                "The directions are centres of photographs taken from near");
-  command.number("--fov", options->camera.fov_deg, 1.0, 120.0, "Their field of view, degrees");
-  command.number("--sample-mm", options->camera.sample_mm, 0.0, 1e5,
-                 "Half width of the sample they show; 0: no edge in sight");
+  add_near_field_options(command, options->camera);
   command.seed(options->seed, "Of the noise");
   command.force(options->force);
   command.on_call(options, sample);

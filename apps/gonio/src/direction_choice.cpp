@@ -14,13 +14,9 @@
 #include "gonio/design/xu_search.h"
 #include "gonio/rig/reach.h"
 #include "planning.h"
-#include "simulated_rig.h"
 
 namespace gonio::cli {
 namespace {
-
-/// m sigma^2 of a sample the solve will trust to its model error only.
-constexpr double kDesignEta = 0.3;
 
 design::Candidates reachable_candidates(const rig::Inverse* inverse) {
   design::Candidates candidates;
@@ -37,12 +33,12 @@ design::Candidates reachable_candidates(const rig::Inverse* inverse) {
   return candidates;
 }
 
-design::ExpectedNoise noise_of(const RigFile* rig, const std::optional<double>& relative) {
+design::ExpectedNoise noise_of(const KnownRig* rig, const std::optional<double>& relative) {
   design::ExpectedNoise noise;
   if (rig != nullptr) {
-    const instrument::Instrument instrument = instrument_of(*rig);
-    noise.relative = std::hypot(instrument.u_lamp_relative, instrument.u_linearity_relative);
-    noise.direction = instrument.u_normal;
+    const instrument::Instrument& known = rig->constants;
+    noise.relative = std::hypot(known.u_lamp_relative, known.u_linearity_relative);
+    noise.direction = known.u_normal;
   }
   noise.relative = relative.value_or(noise.relative);
   return noise;
@@ -91,13 +87,13 @@ design::Design search(const basis::Basis& basis, const design::Candidates& candi
   design::ExchangeOptions options;
   options.sample_count = request.sample_count;
   options.criterion = criterion_of(request.objective);
-  options.eta = kDesignEta;
+  options.eta = kPointSearchEta;
   options.seed = request.seed;
   design::Design found =
       design::exchange(basis.components, importance, candidates, options, show, stop);
   if (request.objective != DesignObjective::loo || stop.stop_requested()) return found;
   design::LeaveOneOutOptions refine;
-  refine.eta = kDesignEta;
+  refine.eta = kPointSearchEta;
   refine.seed = request.seed;
   return design::leave_one_out_exchange(basis.components, basis.left_vectors, importance,
                                         candidates, found.cells, refine, show, stop);
@@ -171,7 +167,7 @@ std::string to_text(const design::ImportanceBlend& blend) {
 }
 
 std::vector<brdf::HalfDiff> choose_directions(const Console& console, const basis::Basis& basis,
-                                              const RigFile* rig, const rig::Inverse* inverse,
+                                              const KnownRig* rig, const rig::Inverse* inverse,
                                               const DesignRequest& request,
                                               const std::stop_token& stop) {
   design::Candidates candidates;
@@ -193,7 +189,7 @@ std::vector<brdf::HalfDiff> choose_directions(const Console& console, const basi
     }
     if (rig != nullptr && request.percent_per_second > 0.0) {
       candidates.penalty =
-          exposure_penalties(*rig, basis, candidates.allowed, request.percent_per_second);
+          exposure_penalties(rig->file, basis, candidates.allowed, request.percent_per_second);
     }
   }
   const PhaseTimer timer(console, "choosing directions");
@@ -214,12 +210,12 @@ DirectionFigures assess_directions(const basis::Basis& basis,
   const Eigen::MatrixXd importance = design::blended_importance(basis, basis.left_vectors, weights);
   const Eigen::MatrixXd rows = design::rows_at(basis::BasisRows(basis), directions);
   const design::LeaveOneOut left_out =
-      design::leave_one_out(rows, basis.left_vectors, importance, kDesignEta);
+      design::leave_one_out(rows, basis.left_vectors, importance, kPointSearchEta);
   // An image has no weight per cell: where it counts most is near enough where solid angle does.
-  return {design::assess(basis, rows, importance, kDesignEta),
+  return {design::assess(basis, rows, importance, kPointSearchEta),
           quality::forecast(basis, left_out.residuals),
           design::largest_uncovered_region(
-              basis, rows, design::importance_weights({weights.uniform}), kDesignEta)};
+              basis, rows, design::importance_weights({weights.uniform}), kPointSearchEta)};
 }
 
 }  // namespace gonio::cli

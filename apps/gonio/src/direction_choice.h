@@ -13,7 +13,7 @@
 #include "gonio/design/image_importance.h"
 #include "gonio/quality/forecast.h"
 #include "gonio/rig/kinematics.h"
-#include "rig_file.h"
+#include "simulated_rig.h"
 
 namespace gonio::cli {
 
@@ -38,6 +38,11 @@ std::optional<design::ImportanceBlend> importance_blend(const std::string& text)
 /// The same words for a blend.
 std::string to_text(const design::ImportanceBlend& blend);
 
+/// m sigma^2 that the point search and its figures allow every sample besides its noise. Smaller
+/// than what the solve allows (ReconstructOptions::model_eta, 1): the held-out figures of
+/// docs/results.md were made with it.
+inline constexpr double kPointSearchEta = 0.3;
+
 struct DesignRequest {
   int sample_count = 10;
   DesignMethod method = DesignMethod::exchange;
@@ -52,11 +57,12 @@ struct DesignRequest {
 /// and soon. A stop ends the search with the best so far and a warning. Throws UsageError when
 /// fewer are reachable than asked for.
 std::vector<brdf::HalfDiff> choose_directions(const Console& console, const basis::Basis& basis,
-                                              const RigFile* rig, const rig::Inverse* inverse,
+                                              const KnownRig* rig, const rig::Inverse* inverse,
                                               const DesignRequest& request,
                                               const std::stop_token& stop = {});
 
-/// Everything that is known about directions before they are measured.
+/// Everything that is known about directions as points before they are measured, at
+/// kPointSearchEta.
 struct DirectionFigures {
   design::DesignFigures design;
   quality::Forecast forecast;

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "gonio/design/importance.h"
+#include "failures.h"
 #include "planning.h"
 
 namespace gonio::cli {
@@ -13,10 +14,6 @@ namespace {
 
 constexpr int kTablePx = 64;  // image edge of the table: shares to a per cent
 constexpr double kEnough = 0.9;
-
-Eigen::MatrixXd importance_of(const basis::Basis& basis) {
-  return design::importance_matrix(basis.components, design::importance_weights());
-}
 
 }  // namespace
 
@@ -29,24 +26,44 @@ design::NearFieldSetup near_field_setup(const NearFieldWords& words) {
   return setup;
 }
 
+void add_near_field_options(const Command& command, NearFieldWords& words) {
+  command.number("--fov", words.fov_deg, 1.0, 120.0,
+                 "Field of view of a square near-field photograph, degrees");
+  command.number("--camera-mm", words.camera_mm, 1.0, 1e5, "Distance of its camera");
+  command.number("--lamp-mm", words.lamp_mm, 0.0, 1e6,
+                 "Distance of its point lamp; 0: directional light");
+  command.number("--sample-mm", words.sample_mm, 0.0, 1e5,
+                 "Half width of the sample it shows; 0: no edge in sight");
+}
+
+void refuse_near_field_options(const NearFieldWords& words, const std::string& asked_by) {
+  const NearFieldWords defaults;
+  const auto refuse = [&](const char* name, bool given) {
+    if (given) throw UsageError(fmt::format("{} goes with {} only", name, asked_by));
+  };
+  refuse("--fov", words.fov_deg != defaults.fov_deg);
+  refuse("--camera-mm", words.camera_mm != defaults.camera_mm);
+  refuse("--lamp-mm", words.lamp_mm != defaults.lamp_mm);
+  refuse("--sample-mm", words.sample_mm != defaults.sample_mm);
+}
+
 std::vector<brdf::HalfDiff> choose_shots(const Console& console, const basis::Basis& basis,
-                                         const design::NearFieldSetup& setup, int shots,
-                                         std::uint64_t seed, const std::stop_token& stop) {
+                                         const Eigen::MatrixXd& importance,
+                                         const design::NearFieldSetup& setup,
+                                         const design::NearFieldOptions& options,
+                                         const std::stop_token& stop) {
   const PhaseTimer timer(console, "choosing shots");
   Progress progress(console, "choosing shots");
-  design::NearFieldOptions options;
-  options.shots = shots;
-  options.seed = seed;
   return design::choose_shots(
-             basis, importance_of(basis), setup, options,
+             basis, importance, setup, options,
              [&](const design::SearchProgress& now) { progress.update(now.fraction); }, stop)
       .shots;
 }
 
-std::string near_field_text(const basis::Basis& basis, const std::vector<brdf::HalfDiff>& shots,
-                            const design::NearFieldSetup& setup) {
+std::string near_field_text(const basis::Basis& basis, const Eigen::MatrixXd& importance,
+                            const std::vector<brdf::HalfDiff>& shots,
+                            const design::NearFieldSetup& setup, const design::PoseNoise& noise) {
   const basis::BasisRows rows(basis);
-  const Eigen::MatrixXd importance = importance_of(basis);
   design::NearFieldSetup table = setup;
   table.image_px = kTablePx;
   design::NearFieldSetup endless = table;
@@ -62,7 +79,7 @@ std::string near_field_text(const basis::Basis& basis, const std::vector<brdf::H
       text += fmt::format(" {:5.1f} %", 100.0 * usable / (kTablePx * kTablePx));
     }
     text += fmt::format("   {:.4f}\n",
-                        std::sqrt(design::near_field_error(rows, importance, shots, table, {})));
+                        std::sqrt(design::near_field_error(rows, importance, shots, table, noise)));
   };
   for (const double half_width_mm : {25.0, 50.0, 100.0, 150.0, 250.0, 500.0}) line(half_width_mm);
   line(endless.sample_half_width_mm);

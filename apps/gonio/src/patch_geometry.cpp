@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "failures.h"
-#include "simulated_rig.h"
+#include "gonio/rig/kinematics.h"
 
 namespace gonio::cli {
 namespace {
@@ -16,12 +16,22 @@ constexpr double kLargestHalfWidth_mm = 500.0;
 
 }  // namespace
 
-design::PatchGeometry patch_of(const RigFile& rig) {
-  const acquisition::ReductionOptions& reduction = rig.reduction;
+double camera_distance_mm(const rig::RigDescription& rig) {
+  const rig::RigPose pose = rig::forward(rig, rig.home());
+  return (pose.world_from_camera.translation() - pose.world_from_sample.translation()).norm();
+}
+
+double lamp_distance_mm(const rig::RigDescription& rig) {
+  const rig::RigPose pose = rig::forward(rig, rig.home());
+  return (pose.world_from_lamp.translation() - pose.world_from_sample.translation()).norm();
+}
+
+design::PatchGeometry patch_of(const KnownRig& rig) {
+  const acquisition::ReductionOptions& reduction = rig.file.reduction;
   design::PatchGeometry patch;
   patch.grid = reduction.grid;
-  patch.camera_distance_mm = rig.camera_distance();
-  patch.lamp_distance_mm = rig.lamp_distance();
+  patch.camera_distance_mm = camera_distance_mm(rig.constants.rig);
+  patch.lamp_distance_mm = lamp_distance_mm(rig.constants.rig);
   if (patch.grid == 1) return patch;
   // The outermost spots touch the usable edge, the squares of a patch fill it.
   const double outermost_mm =
@@ -30,7 +40,7 @@ design::PatchGeometry patch_of(const RigFile& rig) {
   return patch;
 }
 
-design::PatchGeometry planned_patch(const std::string& word, const RigFile* rig) {
+design::PatchGeometry planned_patch(const std::string& word, const KnownRig* rig) {
   if (word == "auto") {
     return rig != nullptr ? patch_of(*rig)
                           : design::PatchGeometry::of_half_width(kAssumedHalfWidth_mm);
@@ -44,8 +54,8 @@ design::PatchGeometry planned_patch(const std::string& word, const RigFile* rig)
   }
   design::PatchGeometry patch = design::PatchGeometry::of_half_width(half_width_mm);
   if (rig != nullptr) {
-    patch.camera_distance_mm = rig->camera_distance();
-    patch.lamp_distance_mm = rig->lamp_distance();
+    patch.camera_distance_mm = camera_distance_mm(rig->constants.rig);
+    patch.lamp_distance_mm = lamp_distance_mm(rig->constants.rig);
   }
   return patch;
 }
@@ -55,13 +65,14 @@ std::string to_text(const design::PatchGeometry& patch) {
   return fmt::format("patches of +-{:g} mm ({} x {})", patch.half_width_mm, patch.grid, patch.grid);
 }
 
-design::PoseNoise planned_noise(const RigFile* rig) {
+design::PoseNoise planned_noise(const KnownRig* rig, std::optional<double> relative) {
   design::PoseNoise noise;
   if (rig != nullptr) {
-    const instrument::Instrument instrument = nominal_instrument(*rig);
-    noise.common = std::hypot(instrument.white.u_relative, instrument.u_lamp_relative,
-                              instrument.u_linearity_relative);
+    const instrument::Instrument& known = rig->constants;
+    noise.common =
+        std::hypot(known.white.u_relative, known.u_lamp_relative, known.u_linearity_relative);
   }
+  noise.independent = relative.value_or(noise.independent);
   return noise;
 }
 

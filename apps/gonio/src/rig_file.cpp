@@ -263,16 +263,6 @@ void check_file(const RigFile& file, const ConfigReader& reader,
 
 }  // namespace
 
-double RigFile::camera_distance() const {
-  const rig::RigPose pose = rig::forward(rig, rig.home());
-  return (pose.world_from_camera.translation() - pose.world_from_sample.translation()).norm();
-}
-
-double RigFile::lamp_distance() const {
-  const rig::RigPose pose = rig::forward(rig, rig.home());
-  return (pose.world_from_lamp.translation() - pose.world_from_sample.translation()).norm();
-}
-
 RigFile default_rig_file() {
   RigFile file;
   file.rig = rig::la2(file.camera_distance_mm, file.lamp_distance_mm);

@@ -34,10 +34,6 @@ struct RigFile {
   std::string material;  ///< lies on the simulated rig when none is named; may be empty
 
   std::filesystem::path path;  ///< the file; empty for the built-in default
-
-  /// Distance from the axes' centre to camera and lamp at home, for nominal patch geometry.
-  double camera_distance() const;
-  double lamp_distance() const;
 };
 
 /// The rig that is used when no rig file is given.

@@ -75,6 +75,12 @@ instrument::Instrument instrument_of(const RigFile& file, const std::string& cal
   return known;
 }
 
+KnownRig known_rig(const std::filesystem::path& file, const std::string& calibration) {
+  KnownRig rig{read_rig_file(file), {}};
+  rig.constants = instrument_of(rig.file, calibration);
+  return rig;
+}
+
 acquisition::DeviceSet devices_of(sim::SimGoniometer& world) {
   acquisition::DeviceSet devices;
   for (std::size_t i = 0; i < world.axis_count(); ++i) devices.stages.push_back(&world.stage(i));

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <string>
 
 #include "gonio/acquisition/session.h"
 #include "gonio/instrument/instrument.h"
@@ -22,6 +24,16 @@ instrument::Instrument nominal_instrument(const RigFile& file);
 /// The calibration file named on the command line, else in the rig file, else nominal constants.
 /// Throws UsageError when the calibration is of a rig with other axes.
 instrument::Instrument instrument_of(const RigFile& file, const std::string& calibration = "");
+
+/// A rig file with the constants that are known of its rig: what is planned and reduced with, never
+/// the file's own nominal kinematics.
+struct KnownRig {
+  RigFile file;
+  instrument::Instrument constants;
+};
+
+/// Reads the file; `calibration` as for instrument_of(), whose errors it throws as well.
+KnownRig known_rig(const std::filesystem::path& file, const std::string& calibration = "");
 
 /// The world's devices as a session takes them; they belong to the world.
 acquisition::DeviceSet devices_of(sim::SimGoniometer& world);

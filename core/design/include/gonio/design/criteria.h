@@ -56,7 +56,8 @@ struct DesignFigures {
   double bayes_d = 0.0;
 };
 
-/// `rows` n x k. `eta` is what the solve will use; the published metric keeps its own 40.
+/// `rows` n x k. `eta` is the search's; the published metric keeps its own 40. The solve has an eta
+/// of its own (ReconstructOptions::model_eta), so these are figures of the design, not of a result.
 DesignFigures assess(const basis::Basis& basis, const Eigen::MatrixXd& rows,
                      const Eigen::MatrixXd& importance, double eta);
 
