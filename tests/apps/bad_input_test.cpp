@@ -152,6 +152,29 @@ TEST_F(BadInput, NamesWhatCannotBeAppendedToABasis) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "more.h5"));
 }
 
+TEST_F(BadInput, NamesANumberThatIsNone) {
+  for (const std::string option : {"--noise", "--time-price", "--fov"}) {
+    refused({"plan", "--samples", "4", "--basis", "basis.h5", option, "nan", "--out", "plan.csv"},
+            {option, "nan"});
+  }
+}
+
+// X.binary is written with X.json beside it.
+TEST_F(BadInput, KeepsAnInputOfTheSidecarsName) {
+  folder.write("found.json", kSampleHeader);
+  refused({"reconstruct", "found.json", "--basis", "basis.h5", "--out", "found.binary", "--force"},
+          {"found.json", "is an input"});
+  std::filesystem::create_symlink("found.json", folder.path() / "link.csv");
+  refused({"convert", "link.csv", "found.binary", "--force"}, {"found.json", "is an input"});
+}
+
+TEST_F(BadInput, NamesTheLineOfAMaterialWithTwoGroups) {
+  folder.write("siblings.csv", "material,group\nslate,a\nslate,a\nslate,b\n");
+  refused({"evaluate", "builtin:slate", "builtin:red-pmma", "builtin:oak-oiled", "builtin:grey-abs",
+           "--folds", "2", "--exclude-siblings", "siblings.csv"},
+          {"siblings.csv", "line 4", "slate"});
+}
+
 TEST_F(BadInput, RefusesWeightsThatSayNothing) {
   for (const std::string weights : {"sky", "image=x", "image=-1", "uniform=0", "image=1,", ""}) {
     refused({"plan", "--samples", "4", "--basis", "basis.h5", "--weights", weights, "--out",

@@ -50,6 +50,7 @@ int compare(Context& context, const Options& options) {
   const brdf::BrdfTable found = load(options.found);
   const quality::Comparison comparison =
       blame(options.found, [&] { return quality::compare(truth, found); });
+  context.check_stop();
   if (options.json) {
     context.console.result(json_text(to_json(comparison)));
     return kSuccess;

@@ -108,6 +108,7 @@ int convert(Context& context, const Options& options) {
     table = in_scale(std::move(table), brdf::radiometric_scale_from_string(options.scale.scale),
                      options.scale.merl_to_si);
   }
+  context.check_stop();
   if (to_csv) {
     write_csv(options.out, table, overwrite(options.force));
     context.console.say(options.out);

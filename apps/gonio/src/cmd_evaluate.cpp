@@ -52,7 +52,12 @@ std::vector<std::string> groups_from(const std::filesystem::path& path,
                                  reader.header_line()));
   }
   std::map<std::string, std::string> group_of;
-  while (const auto row = reader.next()) group_of[row->cells[*material]] = row->cells[*group];
+  while (const auto row = reader.next()) {
+    const auto [known, added] = group_of.emplace(row->cells[*material], row->cells[*group]);
+    if (added || known->second == row->cells[*group]) continue;
+    throw UsageError(fmt::format("{}: line {}: {} stands in two groups, {} and {}", path.string(),
+                                 row->line, known->first, known->second, row->cells[*group]));
+  }
   std::vector<std::string> groups;
   for (const basis::MaterialId& id : set.materials()) {
     const auto found = group_of.find(id.name);

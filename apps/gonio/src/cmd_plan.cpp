@@ -32,7 +32,7 @@ DesignRequest design_request(const PlanOptions& options) {
   return request;
 }
 
-PoseRequest pose_request(const Console& console, const PlanOptions& options, const KnownRig* rig) {
+PoseRequest pose_request(const PlanOptions& options, const KnownRig* rig) {
   PoseRequest request;
   request.pose_count = options.samples;
   request.noise = planned_noise(rig, options.relative_noise());
@@ -43,11 +43,6 @@ PoseRequest pose_request(const Console& console, const PlanOptions& options, con
     return request;
   }
   request.patch = planned_patch(options.patch, rig);
-  if (rig == nullptr && options.patch == "auto" && options.samples > 0) {
-    console.say(fmt::format("no rig: {} assumed, {:g} mm from the camera and {:g} mm from the lamp",
-                            to_text(request.patch), request.patch.camera_distance_mm,
-                            request.patch.lamp_distance_mm));
-  }
   return request;
 }
 
@@ -119,20 +114,24 @@ int plan(Context& context, const PlanOptions& options) {
     inverse.emplace(rig->constants.rig, rig->file.branches);
   }
   const KnownRig* const known = rig ? &*rig : nullptr;
-  const PoseRequest poses = pose_request(context.console, options, known);
+  const PoseRequest poses = pose_request(options, known);
   std::vector<samples::Direction> directions;
   if (from_list) directions = directions_input(options.directions, samples::BelowHorizon::Refuse);
   std::optional<basis::Basis> basis;
+  if (!options.basis.empty()) basis = read_basis(context.console, options.basis);
+  context.check_stop();
+  if (known == nullptr && options.patch == "auto" && options.samples > 0 &&
+      !poses.patch.is_point()) {
+    context.console.say(fmt::format(
+        "no rig: {} assumed, {:g} mm from the camera and {:g} mm from the lamp",
+        to_text(poses.patch), poses.patch.camera_distance_mm, poses.patch.lamp_distance_mm));
+  }
   const design::ImportanceBlend weights =
       request.weights.value_or(poses.patch.is_point() ? design::ImportanceBlend::for_points()
                                                       : design::ImportanceBlend::for_patches());
   Eigen::MatrixXd importance;
-  if (!options.basis.empty()) {
-    basis = read_basis(context.console, options.basis);
-    context.check_stop();
-    importance = design::blended_importance(*basis, basis->left_vectors, weights);
-    context.check_stop();
-  }
+  if (basis) importance = design::blended_importance(*basis, basis->left_vectors, weights);
+  context.check_stop();
   std::vector<std::string> comments{fmt::format("gonio plan {}", version_text())};
   if (from_list) {
     comments.push_back("directions from " +

@@ -61,6 +61,7 @@ int reconstruct(Context& context, const Options& options) {
     const PhaseTimer timer(context.console, "verdict");
     return quality::judge(basis, samples, fit, table, bands ? &*bands : nullptr);
   }();
+  context.check_stop();
   nlohmann::ordered_json record = provenance("reconstruct");
   record["samples"] = samples.samples.size();
   if (std::filesystem::is_regular_file(options.input)) {

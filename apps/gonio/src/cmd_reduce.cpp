@@ -26,6 +26,7 @@ int reduce(Context& context, const Options& options) {
   }();
   for (const std::string& damage : session.archive.damage()) context.console.warn(damage);
   for (const std::string& warning : reduction.warnings) context.console.warn(warning);
+  context.check_stop();
   samples::write_samples(options.out, reduction.samples, overwrite(options.force));
   context.console.say(fmt::format("{}: {} samples of {} poses; white drift {:+.2f} %", options.out,
                                   reduction.samples.samples.size(), session.archive.points().size(),

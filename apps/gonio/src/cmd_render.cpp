@@ -75,6 +75,7 @@ int render_sheet(Context& context, const Options& options) {
     sheet.reference_name = named_reference.name;
     return render::comparison_sheet(*reference.model, *material.model, material.scale, sheet);
   }();
+  context.check_stop();
   render::write_png(options.out, image, overwrite(options.force));
   context.console.say(options.out);
   return kSuccess;

@@ -63,6 +63,7 @@ int make_report(Context& context, const Options& options) {
                     for (const auto& entry : data.timing) total += entry.seconds;
                     return total;
                   }()));
+  context.check_stop();
   report::write_report(options.out, data, overwrite(options.force));
   context.console.say(options.out);
   return kSuccess;

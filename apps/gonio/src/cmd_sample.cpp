@@ -50,6 +50,7 @@ int sample(Context& context, const Options& options) {
     return quality::synthetic_samples(*material.model, material.scale, directions, patch, noise,
                                       options.seed);
   });
+  context.check_stop();
   samples::write_samples(options.out, set, overwrite(options.force));
   context.console.say(fmt::format("{}: {} samples", options.out, set.samples.size()));
   return kSuccess;

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include "command.h"
@@ -148,8 +150,13 @@ void Command::integers(const std::string& name, std::vector<int>& values, int mi
 
 void Command::number(const std::string& name, double& value, double min, double max,
                      const std::string& help) const {
-  mark(app_->add_option(name, value, help)->check(CLI::Range(min, max)), Need::optional,
-       value != 0.0);
+  // A range lets NaN through: it is neither below nor above.
+  const auto is_number = [](const std::string& text) {
+    return std::isnan(std::strtod(text.c_str(), nullptr)) ? "found " + text + ", expected a number"
+                                                          : std::string();
+  };
+  mark(app_->add_option(name, value, help)->check(is_number)->check(CLI::Range(min, max)),
+       Need::optional, value != 0.0);
 }
 
 void Command::seed(std::uint64_t& value, const std::string& help) const {

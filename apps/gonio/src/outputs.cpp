@@ -1,18 +1,22 @@
 #include "outputs.h"
 
 #include <filesystem>
+#include <vector>
 
 #include "failures.h"
+#include "gonio/brdf/merl_file.h"
 #include "gonio/files/atomic_file.h"
 
 namespace gonio::cli {
 
 void require_output(const std::string& out, bool force, std::initializer_list<std::string> inputs) {
   std::error_code ignored;  // what does not exist is no input
-  for (const std::string& input : inputs) {
-    if (input.empty()) continue;
-    if (std::filesystem::equivalent(out, input, ignored)) {
-      throw UsageError(out + ": is an input of this command and would be lost",
+  std::vector<std::filesystem::path> written{out};
+  if (written[0].extension() == ".binary") written.push_back(brdf::merl_sidecar_path(out));
+  for (const std::filesystem::path& each : written) {
+    for (const std::string& input : inputs) {
+      if (input.empty() || !std::filesystem::equivalent(each, input, ignored)) continue;
+      throw UsageError(each.string() + ": is an input of this command and would be lost",
                        "give another name to --out");
     }
   }

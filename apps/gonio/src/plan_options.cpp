@@ -100,7 +100,8 @@ void add_plan_options(const Command& command, PlanOptions& options) {
                  "What the exchange lowers: expected error, volume left open, Xu's metric, or the "
                  "error of training materials left out");
   command.text("--weights", options.weights,
-               "Where errors matter: auto (by points or patches), uniform, solid-angle, image, or shares of them");
+               "Where errors matter: auto (by points or patches), uniform, solid-angle, image, or "
+               "shares of them");
   command.number("--noise", options.noise, -1.0, 1.0,
                  "Relative standard deviation to plan for; below 0: what the rig's constants say");
   command.number("--time-price", options.percent_per_second, 0.0, 100.0,

@@ -15,9 +15,6 @@
 namespace gonio::cli {
 namespace {
 
-/// A fit that leaves more than this much of its prior-weighted residual is outside its training.
-constexpr double kInnovationLimit = 4.0;
-
 double seconds(std::chrono::nanoseconds time) {
   return std::chrono::duration<double>(time).count();
 }
@@ -176,7 +173,8 @@ void add_trust(const basis::Basis& basis, const samples::SampleSet& samples, con
 std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const basis::Fit* fit) {
   using report::CheckStatus;
   std::vector<report::CheckResult> checks;
-  const quality::EnergyCheck energy = quality::check_energy(brdf::TableBrdf(table), table.scale());
+  const quality::EnergyCheck energy =
+      quality::check_energy(brdf::TableBrdf(table), table.scale(), quality::kEnergyTolerance);
   if (energy.applicable) {
     checks.push_back({"Energy", energy.passed ? CheckStatus::passed : CheckStatus::failed,
                       fmt::format("reflects at most {:.1f} % of the light that falls in",
@@ -187,20 +185,22 @@ std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const
   }
   if (fit != nullptr) {
     const double innovation = fit->innovation_chi2_per_sample;
-    checks.push_back({"Like the training materials",
-                      innovation <= kInnovationLimit ? CheckStatus::passed : CheckStatus::remark,
-                      fmt::format("chi2 of the samples against the prior {:.2f} per value (about 1 "
-                                  "for a material like those trained on)",
-                                  innovation)});
+    checks.push_back(
+        {"Like the training materials",
+         innovation <= quality::kInnovationLimit ? CheckStatus::passed : CheckStatus::remark,
+         fmt::format("chi2 of the samples against the prior {:.2f} per value (about 1 "
+                     "for a material like those trained on)",
+                     innovation)});
     checks.push_back({"Samples explained",
                       fit->chi2_per_sample <= 3.0 ? CheckStatus::passed : CheckStatus::remark,
                       fmt::format("chi2 of the residuals {:.2f} per value", fit->chi2_per_sample)});
   }
   const std::size_t clamped = quality::clamped_cells(table);
   const std::size_t cells = brdf::lattice::cells_above_horizon(table.convention()).size();
-  const double share = 100.0 * static_cast<double>(clamped) / static_cast<double>(cells);
-  checks.push_back({"Never negative", share < 5.0 ? CheckStatus::passed : CheckStatus::remark,
-                    fmt::format("{:.2f} % of the directions were clamped at zero", share)});
+  const double share = static_cast<double>(clamped) / static_cast<double>(cells);
+  checks.push_back({"Never negative",
+                    share <= quality::kClampedLimit ? CheckStatus::passed : CheckStatus::remark,
+                    fmt::format("{:.2f} % of the directions were clamped at zero", 100.0 * share)});
   return checks;
 }
 

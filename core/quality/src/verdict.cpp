@@ -15,18 +15,9 @@ namespace {
 /// standard deviations must reach kUsablePsnr_db. With it the failures among held-out MERL
 /// materials are flagged.
 constexpr double kCaution = 0.5;
-/// Reconstructed tables overshoot by a few per cent where a lobe is narrower than a cell.
-constexpr double kEnergyTolerance = 0.1;
-/// Exchanged directions may differ by this; what they differ by is counted.
-constexpr Angle kReciprocityTolerance = Angle::from_degrees(0.25);
-constexpr double kReciprocityLimit = 3.0;
-/// More of the directions than this clamped at zero is no noise any more.
-constexpr double kClampedLimit = 0.2;
 /// Samples that fit this many times worse than any left-out training material's are of another
 /// kind, whatever picture is expected: the outlook is learnt from that kind alone.
 constexpr double kForeignInnovation = 2.0;
-/// Without enough training materials for an outlook: chi^2 per value of what no prior explains.
-constexpr double kInnovationLimit = 10.0;
 
 /// What all but one in twenty of the left-out materials stay below.
 double usual_limit(const std::vector<double>& ascending) {

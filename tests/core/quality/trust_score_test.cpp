@@ -75,9 +75,9 @@ TEST(AreaUnderRoc, CountsPairsInTheRightOrder) {
   using Results = std::vector<std::pair<double, bool>>;  // score, failed
   EXPECT_DOUBLE_EQ(area_under_roc(Results{{1, true}, {3, false}, {2, true}, {4, false}}), 1.0);
   EXPECT_DOUBLE_EQ(area_under_roc(Results{{5, true}, {3, false}, {4, false}}), 0.0);
-  // Of six pairs three are in order and one is a tie.
+  // Of six pairs two are in order and one is a tie.
   EXPECT_DOUBLE_EQ(
-      area_under_roc(Results{{2, true}, {4, true}, {1, false}, {2, false}, {5, false}}), 3.5 / 6.0);
+      area_under_roc(Results{{2, true}, {4, true}, {1, false}, {2, false}, {5, false}}), 2.5 / 6.0);
   EXPECT_TRUE(std::isnan(area_under_roc(Results{{1, true}, {2, true}})));
   EXPECT_TRUE(std::isnan(area_under_roc(Results{})));
 }

@@ -17,6 +17,15 @@ namespace gonio::quality {
 
 /// Below this a sphere rendered with the result looks like another material.
 constexpr double kUsablePsnr_db = 28.0;
+/// Reconstructed tables overshoot by a few per cent where a lobe is narrower than a cell.
+inline constexpr double kEnergyTolerance = 0.1;
+/// Exchanged directions may differ by this; what they differ by is counted.
+inline constexpr Angle kReciprocityTolerance = Angle::from_degrees(0.25);
+inline constexpr double kReciprocityLimit = 3.0;
+/// More of the directions than this clamped at zero is no noise any more.
+inline constexpr double kClampedLimit = 0.2;
+/// Without enough training materials for an outlook: chi^2 per value of what no prior explains.
+inline constexpr double kInnovationLimit = 10.0;
 
 /// What a picture of the result would score against the true material, as foreseen from the
 /// training materials: each is predicted from the same directions and noise without its own rows,
