@@ -4,6 +4,10 @@
 #   included as "gonio/NAME/..."). PUBLIC names what appears in its headers, PRIVATE what only its
 #   sources use; everything else is out of reach, which is how the layering table is enforced.
 #   INTERFACE is for libraries without sources.
+#
+#   With GONIO_UNITY_BUILD its sources are compiled several at a time, so names in unnamed namespaces
+#   must be unique within the target. The dev preset compiles them one by one and finds what is
+#   included by luck only.
 function(gonio_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "INTERFACE" "" "SOURCES;PUBLIC;PRIVATE")
   gonio_refuse_unparsed("gonio_add_library(${name})" ${arg_UNPARSED_ARGUMENTS})
@@ -17,6 +21,7 @@ function(gonio_add_library name)
     target_link_libraries(gonio_${name} INTERFACE ${arg_PUBLIC})
   else()
     add_library(gonio_${name} STATIC ${arg_SOURCES})
+    gonio_compile_in_batches(gonio_${name})
     target_include_directories(gonio_${name} PUBLIC ${CMAKE_CURRENT_SOURCE_DIR}/include)
     target_link_libraries(gonio_${name}
       PUBLIC ${arg_PUBLIC}
@@ -32,6 +37,7 @@ function(gonio_add_executable name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LIBS")
   gonio_refuse_unparsed("gonio_add_executable(${name})" ${arg_UNPARSED_ARGUMENTS})
   add_executable(${name} ${arg_SOURCES})
+  gonio_compile_in_batches(${name})
   target_link_libraries(${name} PRIVATE ${arg_LIBS} gonio_compiler)
 endfunction()
 
@@ -97,6 +103,12 @@ function(gonio_add_benchmark name)
   add_executable(${name}_benchmark ${arg_SOURCES})
   target_link_libraries(${name}_benchmark
     PRIVATE ${arg_LIBS} benchmark::benchmark_main gonio_compiler)
+endfunction()
+
+# Reading Eigen, the JSON and the command line headers takes longer than compiling what uses them.
+function(gonio_compile_in_batches target)
+  set_target_properties(${target} PROPERTIES
+    UNITY_BUILD ${GONIO_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 6)
 endfunction()
 
 function(gonio_refuse_unparsed caller)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gonio/devices/clock.h"
 #include "gonio/instrument/measurement_equation.h"
 
 namespace gonio::acquisition {
@@ -120,14 +121,11 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
 
   // Each region's rate from the longest exposure that shows it unsaturated so far.
   std::vector<double> rates_dn_per_s(regions.size());
-  const auto seconds = [](std::chrono::nanoseconds t) {
-    return std::chrono::duration<double>(t).count();
-  };
   const auto update_rates = [&](const std::vector<RegionReading>& from,
                                 std::chrono::nanoseconds exposure) {
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (from[i].maximum_dn < saturation_dn) {
-        rates_dn_per_s[i] = from[i].mean_dn / seconds(exposure);
+        rates_dn_per_s[i] = from[i].mean_dn / devices::to_seconds(exposure);
       }
     }
   };
@@ -148,7 +146,8 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
     double factor = 1.0;
     for (std::size_t i = 0; i < regions.size(); ++i) {
       const double wanted = wanted_dn(readings[i]);
-      const double found = std::max(rates_dn_per_s[i] * seconds(longest), wanted / kLongestStep);
+      const double found =
+          std::max(rates_dn_per_s[i] * devices::to_seconds(longest), wanted / kLongestStep);
       factor = std::max(factor, wanted / found);
     }
     return factor;
@@ -162,7 +161,7 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
     update_rates(longest_readings, longest);
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
-    if (rates_dn_per_s[i] * seconds(longest) <
+    if (rates_dn_per_s[i] * devices::to_seconds(longest) <
         signal_dn(instrument.sensor, kDarkRelativeSigma, spot_pixels(readings[i]))) {
       ++result.dark_regions;
     }

@@ -7,14 +7,11 @@
 #include <cmath>
 #include <set>
 
+#include "gonio/devices/clock.h"
 #include "gonio/errors/errors.h"
 
 namespace gonio::acquisition {
 namespace {
-
-double seconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
 
 double read_variance_dn2(const instrument::SensorModel& sensor) {
   const double read_dn = sensor.gain_dn_per_e * sensor.read_noise_e;
@@ -51,7 +48,7 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
     return maps;
   }
   const devices::Frame frame = archive.read_frame(*lamp_off);
-  const double exposure_s = seconds(frame.exposure);
+  const double exposure_s = devices::to_seconds(frame.exposure);
   maps.rate_dn_per_s.resize(offset_dn.size());
   double above_offset_dn = 0.0;
   for (std::size_t p = 0; p < offset_dn.size(); ++p) {
@@ -73,13 +70,15 @@ ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instr
   for (const FrameRecord* record : frames) {
     images.push_back(archive.read_frame(*record));
     signal.monitor += record->monitor / static_cast<double>(frames.size());
-    signal.time_s += seconds(record->exposure_start) / static_cast<double>(frames.size());
-    signal.longest_exposure_s = std::max(signal.longest_exposure_s, seconds(record->exposure));
+    signal.time_s +=
+        devices::to_seconds(record->exposure_start) / static_cast<double>(frames.size());
+    signal.longest_exposure_s =
+        std::max(signal.longest_exposure_s, devices::to_seconds(record->exposure));
     signal.pixel_format = images.back().pixel_format;
   }
   std::vector<instrument::Exposure> bracket;
   for (const devices::Frame& image : images) {
-    bracket.push_back({image.pixels_dn, seconds(image.exposure)});
+    bracket.push_back({image.pixels_dn, devices::to_seconds(image.exposure)});
   }
   signal.merged = instrument::merge_bracket(instrument.sensor, bracket, instrument.camera.width_px,
                                             {background.offset_dn, background.rate_dn_per_s});

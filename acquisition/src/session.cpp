@@ -176,9 +176,7 @@ class Session {
     result_.warnings.push_back(std::move(text));
   }
 
-  double seconds_since_start() const {
-    return std::chrono::duration<double>(devices_.now() - started_).count();
-  }
+  double seconds_since_start() const { return devices::to_seconds(devices_.now() - started_); }
 
   void report(const std::string& phase) const {
     if (!progress_) return;
@@ -233,8 +231,7 @@ void SessionOptions::validate() const {
   require(white_patch_half_width_mm > 0.0, "white_patch_half_width_mm", white_patch_half_width_mm,
           "above 0");
   require(retries >= 0 && retries <= 100, "retries", retries, "0 to 100");
-  require(move_timeout.count() > 0, "move_timeout_s",
-          std::chrono::duration<double>(move_timeout).count(), "above 0");
+  require(move_timeout.count() > 0, "move_timeout_s", devices::to_seconds(move_timeout), "above 0");
 }
 
 SessionResult run_session(const DeviceSet& devices, const instrument::Instrument& instrument,

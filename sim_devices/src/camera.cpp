@@ -17,7 +17,7 @@ using Time = devices::Clock::Duration;
 
 namespace {
 
-constexpr std::size_t kRowsPerBlock = 16;
+constexpr std::size_t kCameraRows = 16;
 // Motion during an exposure: one picture per so much travel, within bounds of cost.
 constexpr double kBlurStepDeg = 0.1;
 constexpr int kMaxBlurSteps = 32;
@@ -94,8 +94,7 @@ devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
   view_.clock.wait_until(frame.exposure_start + frame.exposure + options_.readout);
   const std::vector<double> rates =
       electron_rates(frame.exposure_start, frame.exposure_start + open, lit);
-  frame.pixels_dn =
-      sensor_.expose(rates, std::chrono::duration<double>(open).count(), frame.frame_id);
+  frame.pixels_dn = sensor_.expose(rates, devices::to_seconds(open), frame.frame_id);
   return frame;
 }
 
@@ -125,7 +124,7 @@ std::vector<double> SimCamera::electron_rates(Time start, Time end, int lit) {
   const auto width = static_cast<std::size_t>(options_.width_px);
   const auto height = static_cast<std::size_t>(options_.height_px);
   std::vector<double> rates(width * height);
-  parallel::for_each_block(0, height, kRowsPerBlock, [&](std::size_t begin, std::size_t end_row) {
+  parallel::for_each_block(0, height, kCameraRows, [&](std::size_t begin, std::size_t end_row) {
     for (std::size_t row = begin; row < end_row; ++row) {
       for (std::size_t column = 0; column < width; ++column) {
         const std::size_t pixel = row * width + column;

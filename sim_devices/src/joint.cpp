@@ -11,10 +11,6 @@ namespace {
 
 constexpr std::size_t kRememberedSegments = 16;
 
-double seconds(devices::Clock::Duration time) {
-  return std::chrono::duration<double>(time).count();
-}
-
 devices::Clock::Duration from_seconds(double value) {
   return devices::Clock::Duration(std::llround(value * 1e9));
 }
@@ -130,7 +126,7 @@ const Joint::Segment& Joint::segment_at(Time time) const {
 
 Joint::State Joint::state_at(Time time) const {
   const Segment& segment = segment_at(time);
-  const double since_start = seconds(time - segment.start);
+  const double since_start = devices::to_seconds(time - segment.start);
   State state{};
   // Past the end the whole way is taken: the end was rounded to a nanosecond.
   const bool arrived = time >= segment.end;
@@ -142,8 +138,9 @@ Joint::State Joint::state_at(Time time) const {
   state.shaft_rad =
       std::clamp(segment.shaft_rad, state.motor_rad - half_play, state.motor_rad + half_play);
   if (arrived && time < segment.settled) {
-    const double since_end = seconds(time - segment.end);
-    state.ring_rad = segment.ring_rad * std::exp(-since_end / seconds(Time(options_.ring_decay))) *
+    const double since_end = devices::to_seconds(time - segment.end);
+    state.ring_rad = segment.ring_rad *
+                     std::exp(-since_end / devices::to_seconds(Time(options_.ring_decay))) *
                      std::sin(2.0 * std::numbers::pi * options_.ring_hz * since_end);
   }
   return state;

@@ -5,14 +5,6 @@
 #include "gonio/random/distributions.h"
 
 namespace gonio::sim {
-namespace {
-
-double seconds(devices::Clock::Duration time) {
-  return std::chrono::duration<double>(time).count();
-}
-
-}  // namespace
-
 LampOutput::LampOutput(const LampOptions& options, std::uint64_t seed)
     : options_(options), walks_(options.channels.size()) {
   for (std::size_t channel = 0; channel < options.channels.size(); ++channel) {
@@ -21,17 +13,17 @@ LampOutput::LampOutput(const LampOptions& options, std::uint64_t seed)
 }
 
 double LampOutput::at(std::size_t channel, Time time) const {
-  const double since_on = seconds(time) + seconds(options_.on_before);
-  const double warm =
-      1.0 - options_.warm_up_amplitude * std::exp(-since_on / seconds(options_.warm_up_tau));
-  return warm * (1.0 + drift(channel, seconds(time)));
+  const double since_on = devices::to_seconds(time) + devices::to_seconds(options_.on_before);
+  const double warm = 1.0 - options_.warm_up_amplitude *
+                                std::exp(-since_on / devices::to_seconds(options_.warm_up_tau));
+  return warm * (1.0 + drift(channel, devices::to_seconds(time)));
 }
 
 double LampOutput::drift(std::size_t channel, double time_s) const {
   if (options_.drift_sigma == 0.0) return 0.0;
   const auto before = static_cast<std::size_t>(time_s);
   const double share = time_s - static_cast<double>(before);
-  const double keep = std::exp(-1.0 / seconds(options_.drift_tau));
+  const double keep = std::exp(-1.0 / devices::to_seconds(options_.drift_tau));
   const double renew = options_.drift_sigma * std::sqrt(1.0 - keep * keep);
 
   const std::lock_guard lock(mutex_);

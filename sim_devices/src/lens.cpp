@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kTolerancePx = 1e-12;
 constexpr int kMaxSteps = 50;
-constexpr std::size_t kRowsPerBlock = 16;
+constexpr std::size_t kLensRows = 16;
 
 struct Distorted {
   Eigen::Vector2d point;
@@ -64,7 +64,7 @@ Lens::Lens(const CameraOptions& camera) {
   const auto height = static_cast<std::size_t>(camera.height_px);
   rays_.resize(width * height);
   vignetting_.resize(width * height);
-  parallel::for_each_block(0, height, kRowsPerBlock, [&](std::size_t begin, std::size_t end) {
+  parallel::for_each_block(0, height, kLensRows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
       for (std::size_t column = 0; column < width; ++column) {
         const Eigen::Vector2d seen((static_cast<double>(column) - camera.cx_px) / camera.fx_px,

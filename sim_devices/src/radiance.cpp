@@ -15,7 +15,7 @@ namespace gonio::sim {
 namespace {
 
 constexpr std::size_t kKeptImages = 4;
-constexpr std::size_t kRowsPerBlock = 8;
+constexpr std::size_t kRadianceRows = 8;
 constexpr double kWhiteAlbedo = 0.99;
 constexpr double kSquareMmPerSquareM = 1e6;
 
@@ -102,7 +102,7 @@ void blur(std::vector<float>& plane, int width, int height, double sigma_px) {
   const auto pass = [&](int dx, int dy) {
     const std::vector<float> source = plane;
     parallel::for_each_block(
-        0, static_cast<std::size_t>(height), kRowsPerBlock,
+        0, static_cast<std::size_t>(height), kRadianceRows,
         [&](std::size_t begin, std::size_t end) {
           for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row) {
             for (int column = 0; column < width; ++column) {
@@ -184,7 +184,7 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
   auto image = std::make_shared<RadianceImage>();
   for (auto& plane : image->planes) plane.assign(width * height, 0.0F);
 
-  parallel::for_each_block(0, height, kRowsPerBlock, [&](std::size_t begin, std::size_t end) {
+  parallel::for_each_block(0, height, kRadianceRows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t pixel = begin * width; pixel < end * width; ++pixel) {
       const Eigen::Vector3d ray =
           (target_from_camera.linear() * lens_.ray(pixel).homogeneous()).normalized();

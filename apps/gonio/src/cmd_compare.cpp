@@ -12,7 +12,7 @@ namespace gonio::cli {
 
 namespace {
 
-struct Options {
+struct CompareOptions {
   std::string truth;
   std::string found;
   ScaleWish scale;
@@ -36,7 +36,7 @@ nlohmann::ordered_json to_json(const quality::Comparison& comparison) {
           {"only_in_second", lattice.only_in_found}};
 }
 
-int compare(Context& context, const Options& options) {
+int compare(Context& context, const CompareOptions& options) {
   const auto load = [&](const std::string& word) {
     NamedMaterial material = named_material(word);
     report_conventions(context.console, material, Report::warnings);
@@ -78,7 +78,7 @@ int compare(Context& context, const Options& options) {
 }  // namespace
 
 void add_compare(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   const Command command =
       root.add("compare", "Errors of a BRDF against a reference: lattice and pictures",
                "gonio compare truth.binary found.binary --json");

@@ -5,12 +5,12 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct CompletionOptions {
   std::string shell;
   std::vector<Command::Words> commands;
 };
 
-int print_completion(Context& context, const Options& options) {
+int print_completion(Context& context, const CompletionOptions& options) {
   std::string cases;
   for (const Command::Words& command : options.commands) {
     cases +=
@@ -44,7 +44,7 @@ complete -o filenames -F _gonio gonio
 }  // namespace
 
 void add_completion(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompletionOptions>();
   const Command command =
       root.add("completion", "Print completions for a shell", "source <(gonio completion bash)");
   command.choice("SHELL", options->shell, {"bash"}, "bash", Need::required);

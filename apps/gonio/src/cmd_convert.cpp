@@ -16,7 +16,7 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct ConvertOptions {
   std::string input;
   std::string out;
   ScaleWish scale;
@@ -60,7 +60,7 @@ brdf::BrdfTable table_from_samples(const Console& console, const std::string& pa
   return table;
 }
 
-brdf::BrdfTable read_input(const Console& console, const Options& options) {
+brdf::BrdfTable read_input(const Console& console, const ConvertOptions& options) {
   if (has_extension(options.input, ".csv")) {
     return table_from_samples(console, options.input);
   }
@@ -92,7 +92,7 @@ void write_csv(const std::string& path, const brdf::BrdfTable& table, files::Ove
   file.commit();
 }
 
-int convert(Context& context, const Options& options) {
+int convert(Context& context, const ConvertOptions& options) {
   require_output(options.out, options.force, {options.input});
   const bool to_rgl = has_extension(options.out, ".bsdf");
   const bool to_csv = has_extension(options.out, ".csv");
@@ -136,7 +136,7 @@ int convert(Context& context, const Options& options) {
 }  // namespace
 
 void add_convert(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConvertOptions>();
   const Command command = root.add("convert", "Turn a BRDF into another format: MERL, RGL, CSV",
                                    "gonio convert found.binary found.bsdf --scale si");
   command.text("IN", options->input,

@@ -29,7 +29,7 @@ namespace {
 /// One diffuse, one plastic, one metal.
 const std::vector<std::string> kDemoMaterials{"ivory-wall-latex", "red-pmma", "copper-brushed"};
 
-struct Options {
+struct DemoOptions {
   std::vector<std::string> materials;
   int samples = 10;
   std::string out;
@@ -59,7 +59,7 @@ std::string patches_text(const RigFile& rig) {
 
 class Demo {
  public:
-  Demo(Context& context, const Options& options, const std::filesystem::path& folder)
+  Demo(Context& context, const DemoOptions& options, const std::filesystem::path& folder)
       : context_(context),
         console_(context.console),
         options_(options),
@@ -223,7 +223,7 @@ class Demo {
 
   const Context& context_;
   const Console& console_;
-  const Options& options_;
+  const DemoOptions& options_;
   std::filesystem::path folder_;
   KnownRig rig_;
   rig::Inverse inverse_;
@@ -309,7 +309,7 @@ std::string free_name() {
   return name;
 }
 
-int demo(Context& context, const Options& options) {
+int demo(Context& context, const DemoOptions& options) {
   const std::string out = options.out.empty() ? free_name() : options.out;
   std::vector<const brdf::BuiltinMaterial*> materials;
   for (const std::string& name : options.materials.empty() ? kDemoMaterials : options.materials) {
@@ -338,7 +338,7 @@ int demo(Context& context, const Options& options) {
 }  // namespace
 
 void add_demo(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<DemoOptions>();
   const Command command = root.add("demo", "The whole way on the simulated rig: train to report",
                                    "gonio demo --material gold-satin --out demo");
   command.texts("--material", options->materials,

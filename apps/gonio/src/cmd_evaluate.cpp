@@ -20,7 +20,7 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct EvaluateOptions {
   std::vector<std::string> inputs;
   std::vector<std::string> excluded;
   ScaleWish scale;
@@ -121,7 +121,7 @@ std::string trust_text(const quality::ContenderResult& result) {
       quality::area_under_roc(expectations));
 }
 
-int evaluate(Context& context, const Options& options) {
+int evaluate(Context& context, const EvaluateOptions& options) {
   if (options.shots == 0) refuse_near_field_options(options.camera, "--shots");
   const TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
   if (input.size() < 4) {
@@ -260,7 +260,7 @@ int evaluate(Context& context, const Options& options) {
 }  // namespace
 
 void add_evaluate(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<EvaluateOptions>();
   const Command command =
       root.add("evaluate", "Held-out accuracy over many materials",
                "gonio evaluate BRDFDatabase/brdfs --samples 10 --folds 5 --json");

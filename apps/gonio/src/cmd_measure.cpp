@@ -12,7 +12,7 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct MeasureOptions {
   std::string rig;
   std::string plan;
   std::string out;
@@ -25,7 +25,7 @@ struct Options {
   bool yes = false;
 };
 
-int measure(Context& context, const Options& options) {
+int measure(Context& context, const MeasureOptions& options) {
   const Console& console = context.console;
   if (options.out.empty() && !options.dry_run) throw UsageError("--out is required, or --dry-run");
   if (!options.dry_run) {
@@ -93,7 +93,7 @@ int measure(Context& context, const Options& options) {
 }  // namespace
 
 void add_measure(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeasureOptions>();
   const Command command = root.add("measure", "Run a session",
                                    "gonio measure rigs/simulated.toml --plan plan.csv "
                                    "--material builtin:gold-satin --out session");

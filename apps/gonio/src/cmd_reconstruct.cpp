@@ -21,7 +21,7 @@ namespace gonio::cli {
 
 namespace {
 
-struct Options {
+struct ReconstructOptions {
   std::string input;
   std::string basis;
   std::string out;
@@ -32,7 +32,7 @@ struct Options {
   bool force = false;
 };
 
-int reconstruct(Context& context, const Options& options) {
+int reconstruct(Context& context, const ReconstructOptions& options) {
   const basis::ReconstructOptions how = reconstruct_options(options.method, options.eta);
   const std::filesystem::path bands_path = basis::uncertainty_path(options.out);
   require_output(options.out, options.force, {options.input, options.basis});
@@ -100,7 +100,7 @@ int reconstruct(Context& context, const Options& options) {
 }  // namespace
 
 void add_reconstruct(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReconstructOptions>();
   const Command command = root.add(
       "reconstruct",
       "Fit a BRDF to samples; writes X.binary, X.json and X.uncertainty.h5, ends with a verdict",

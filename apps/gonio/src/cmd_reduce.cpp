@@ -7,7 +7,7 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct ReduceOptions {
   std::string session;
   std::string out;
   std::string calibration;
@@ -15,7 +15,7 @@ struct Options {
   bool force = false;
 };
 
-int reduce(Context& context, const Options& options) {
+int reduce(Context& context, const ReduceOptions& options) {
   require_output(options.out, options.force, {options.calibration});
   const StoredSession session = open_session(options.session, options.calibration);
   acquisition::ReductionOptions how = session.rig.reduction;
@@ -37,7 +37,7 @@ int reduce(Context& context, const Options& options) {
 }  // namespace
 
 void add_reduce(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReduceOptions>();
   const Command command = root.add("reduce", "Turn a session's frames into BRDF samples",
                                    "gonio reduce session --out samples.csv");
   command.text("SESSION", options->session, "Session archive", Need::required);

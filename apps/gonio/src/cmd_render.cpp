@@ -11,7 +11,7 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct RenderOptions {
   std::string material;
   std::string reference;
   std::string out;
@@ -22,7 +22,7 @@ struct Options {
 };
 
 /// The scene and the material it names, beside each other.
-int write_scene(Context& context, const Options& options) {
+int write_scene(Context& context, const RenderOptions& options) {
   if (!options.reference.empty()) {
     throw UsageError("--scene shows one material: found --reference as well");
   }
@@ -51,7 +51,7 @@ int write_scene(Context& context, const Options& options) {
   return kSuccess;
 }
 
-int render_sheet(Context& context, const Options& options) {
+int render_sheet(Context& context, const RenderOptions& options) {
   if (!options.scene.empty()) return write_scene(context, options);
   require_output(options.out, options.force, {options.material, options.reference});
   const NamedMaterial named = named_material(options.material);
@@ -84,7 +84,7 @@ int render_sheet(Context& context, const Options& options) {
 }  // namespace
 
 void add_render(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RenderOptions>();
   const Command command =
       root.add("render", "Pictures of spheres, alone or beside a reference",
                "gonio render found.binary --reference truth.binary --out spheres.png");

@@ -11,7 +11,7 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct ReportOptions {
   std::string session;
   std::string basis;
   std::string brdf;
@@ -20,7 +20,7 @@ struct Options {
   bool force = false;
 };
 
-int make_report(Context& context, const Options& options) {
+int make_report(Context& context, const ReportOptions& options) {
   if (options.basis.empty() == options.brdf.empty()) {
     throw UsageError("give either --basis to reconstruct the session, or --brdf with its result");
   }
@@ -72,7 +72,7 @@ int make_report(Context& context, const Options& options) {
 }  // namespace
 
 void add_report(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   const Command command = root.add("report", "A session as one self-contained page",
                                    "gonio report session --basis basis.h5 --out report.html");
   command.text("SESSION", options->session, "Session archive", Need::required);

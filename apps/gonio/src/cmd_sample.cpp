@@ -13,7 +13,7 @@ namespace gonio::cli {
 
 namespace {
 
-struct Options {
+struct SampleOptions {
   std::string material;
   std::string directions;
   std::string out;
@@ -25,7 +25,7 @@ struct Options {
   bool force = false;
 };
 
-int sample(Context& context, const Options& options) {
+int sample(Context& context, const SampleOptions& options) {
   if (!options.near_field) refuse_near_field_options(options.camera, "--near-field");
   if (options.near_field && !options.rig.empty()) {
     throw UsageError("--rig does nothing with --near-field: give one of them");
@@ -59,7 +59,7 @@ int sample(Context& context, const Options& options) {
 }  // namespace
 
 void add_sample(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SampleOptions>();
   const Command command =
       root.add("sample", "Evaluate a material at directions: a measurement without an instrument",
                "gonio sample truth.binary --directions plan.csv --noise 0.01 --out samples.csv");

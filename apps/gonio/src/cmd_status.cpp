@@ -12,12 +12,12 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct StatusOptions {
   std::string session;
   bool json = false;
 };
 
-int status(Context& context, const Options& options) {
+int status(Context& context, const StatusOptions& options) {
   const std::filesystem::path folder(options.session);
   if (!std::filesystem::exists(folder / "session.sqlite")) {
     throw UsageError(options.session + ": found no session.sqlite, expected a session archive");
@@ -52,7 +52,7 @@ int status(Context& context, const Options& options) {
                           printable_line(point.note));
     }
     for (const auto& note : archive.notes()) {
-      text += fmt::format("{:8.1f} s  {}: {}\n", std::chrono::duration<double>(note.at).count(),
+      text += fmt::format("{:8.1f} s  {}: {}\n", devices::to_seconds(note.at),
                           printable_line(note.kind), printable_line(note.text));
     }
     for (const std::string& damage : archive.damage())
@@ -65,7 +65,7 @@ int status(Context& context, const Options& options) {
 }  // namespace
 
 void add_status(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StatusOptions>();
   const Command command =
       root.add("status", "What a session archive holds", "gonio status session");
   command.text("SESSION", options->session, "Session archive", Need::required);

@@ -12,7 +12,7 @@
 namespace gonio::cli {
 namespace {
 
-struct Options {
+struct TrainOptions {
   std::vector<std::string> inputs;
   std::string out;
   std::string append;
@@ -56,7 +56,7 @@ void require_appendable(const basis::Basis& old, const TrainingInput& input,
   }
 }
 
-int train(Context& context, const Options& options) {
+int train(Context& context, const TrainOptions& options) {
   require_output(options.out, options.force, {options.append});
   require_label(options.source);
   TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
@@ -125,7 +125,7 @@ int train(Context& context, const Options& options) {
 }  // namespace
 
 void add_train(const Command& root) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrainOptions>();
   const Command command =
       root.add("train", "Learn a basis from materials",
                "gonio train BRDFDatabase/brdfs --out basis.h5 --exclude teflon");

@@ -8,16 +8,13 @@
 #include <map>
 
 #include "gonio/basis/uncertainty.h"
+#include "gonio/devices/clock.h"
 #include "gonio/quality/physics_checks.h"
 #include "gonio/quality/verdict.h"
 #include "provenance.h"
 
 namespace gonio::cli {
 namespace {
-
-double seconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double>(time).count();
-}
 
 struct PointTimes {
   double first_s = std::numeric_limits<double>::infinity();
@@ -31,16 +28,16 @@ void add_poses_and_timing(const StoredSession& session, report::ReportData& data
   double exposure_s = 0.0;
   double opening_s = 0.0;  // the end of the last white before the first point
   for (const acquisition::FrameRecord& frame : archive.frames()) {
-    const double start = seconds(frame.exposure_start);
-    last_s = std::max(last_s, start + seconds(frame.exposure));
+    const double start = devices::to_seconds(frame.exposure_start);
+    last_s = std::max(last_s, start + devices::to_seconds(frame.exposure));
     if (frame.point < 0) {
-      if (times.empty()) opening_s = start + seconds(frame.exposure);
+      if (times.empty()) opening_s = start + devices::to_seconds(frame.exposure);
       continue;
     }
     PointTimes& point = times[frame.point];
     point.first_s = std::min(point.first_s, start);
-    point.exposure_s += seconds(frame.exposure);
-    exposure_s += seconds(frame.exposure);
+    point.exposure_s += devices::to_seconds(frame.exposure);
+    exposure_s += devices::to_seconds(frame.exposure);
   }
   double before_s = opening_s;
   double travel_s = 0.0;
@@ -60,9 +57,9 @@ void add_poses_and_timing(const StoredSession& session, report::ReportData& data
     const auto found = times.find(point.point);
     if (found != times.end()) {
       pose.travel_s = std::max(0.0, found->second.first_s - before_s);
-      pose.dwell_s = std::max(0.0, seconds(point.finished_at) - found->second.first_s);
+      pose.dwell_s = std::max(0.0, devices::to_seconds(point.finished_at) - found->second.first_s);
     }
-    before_s = seconds(point.finished_at);
+    before_s = devices::to_seconds(point.finished_at);
     travel_s += pose.travel_s;
     dwell_s += pose.dwell_s;
     data.poses.push_back(std::move(pose));

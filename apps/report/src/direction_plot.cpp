@@ -11,8 +11,8 @@ namespace gonio::report {
 namespace {
 
 constexpr double kSize = 360.0;
-constexpr double kRadius = 150.0;
-constexpr Point kCentre = {180.0, 180.0};
+constexpr double kHemisphereRadius = 150.0;
+constexpr Point kHemisphereCentre = {180.0, 180.0};
 
 enum class Side { light, detector };
 
@@ -29,10 +29,11 @@ double polar_deg(const Eigen::Vector3d& w) {
 
 /// Equal steps of theta are equal steps outwards.
 Point on_plot(const Eigen::Vector3d& w) {
-  const double radius = polar_deg(w) / 90.0 * kRadius;
+  const double radius = polar_deg(w) / 90.0 * kHemisphereRadius;
   const double length = std::hypot(w.x(), w.y());
-  if (length == 0.0) return kCentre;
-  return {kCentre.x + radius * w.x() / length, kCentre.y - radius * w.y() / length};
+  if (length == 0.0) return kHemisphereCentre;
+  return {kHemisphereCentre.x + radius * w.x() / length,
+          kHemisphereCentre.y - radius * w.y() / length};
 }
 
 std::string angles_text(const brdf::HalfDiff& d) {
@@ -41,16 +42,20 @@ std::string angles_text(const brdf::HalfDiff& d) {
 }
 
 void draw_hemisphere(Svg& svg) {
-  svg.circle(kCentre, kRadius, "hemi");
-  for (const double theta : {30.0, 60.0}) svg.circle(kCentre, theta / 90.0 * kRadius, "ring");
+  svg.circle(kHemisphereCentre, kHemisphereRadius, "hemi");
+  for (const double theta : {30.0, 60.0})
+    svg.circle(kHemisphereCentre, theta / 90.0 * kHemisphereRadius, "ring");
   for (int i = 0; i < 8; ++i) {
     const double phi = i * 45.0 * 3.14159265358979 / 180.0;
-    svg.line(kCentre, {kCentre.x + kRadius * std::cos(phi), kCentre.y - kRadius * std::sin(phi)},
+    svg.line(kHemisphereCentre,
+             {kHemisphereCentre.x + kHemisphereRadius * std::cos(phi),
+              kHemisphereCentre.y - kHemisphereRadius * std::sin(phi)},
              "ring");
   }
   for (const double theta : {30.0, 60.0, 90.0}) {
-    svg.text({kCentre.x + 4.0, kCentre.y + theta / 90.0 * kRadius - 4.0}, "start", "tick",
-             fmt::format("{:.0f}°", theta));
+    svg.text(
+        {kHemisphereCentre.x + 4.0, kHemisphereCentre.y + theta / 90.0 * kHemisphereRadius - 4.0},
+        "start", "tick", fmt::format("{:.0f}°", theta));
   }
 }
 

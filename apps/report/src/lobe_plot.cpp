@@ -8,6 +8,7 @@
 
 #include "gonio/brdf/brdf_table.h"
 #include "plots.h"
+#include "style.h"
 #include "svg.h"
 
 namespace gonio::report {
@@ -17,7 +18,6 @@ using namespace literals;
 
 constexpr std::array<double, 4> kThetaIDeg = {15.0, 35.0, 55.0, 72.0};
 constexpr double kLastDeg = 86.0;  // beyond, the last cells before the horizon end the curve
-constexpr std::array<std::string_view, 3> kChannels = {"r", "g", "b"};
 
 /// BRDF along the plane of incidence; positive theta_o is the mirror side.
 struct Lobe {
@@ -108,7 +108,7 @@ std::string cartesian(double theta_i_deg, const Lobe* truth, const Lobe& fit, co
         const double v = std::max(lobe.value[i][c], range.low);
         points.push_back({x(lobe.theta_o_deg[i]), y(v)});
       }
-      svg.polyline(points, fmt::format("{} {}", css, kChannels[static_cast<std::size_t>(c)]));
+      svg.polyline(points, fmt::format("{} {}", css, kChannelClasses[static_cast<std::size_t>(c)]));
     }
   };
   if (band != nullptr) {
@@ -121,7 +121,7 @@ std::string cartesian(double theta_i_deg, const Lobe* truth, const Lobe& fit, co
       std::vector<Point> outline;
       for (std::size_t i = 0; i < count; ++i) outline.push_back(at(band->upper, i, c));
       for (std::size_t i = count; i-- > 0;) outline.push_back(at(band->lower, i, c));
-      svg.polyline(outline, fmt::format("band {}", kChannels[static_cast<std::size_t>(c)]));
+      svg.polyline(outline, fmt::format("band {}", kChannelClasses[static_cast<std::size_t>(c)]));
     }
   }
   if (truth != nullptr) draw(*truth, "curve truth");

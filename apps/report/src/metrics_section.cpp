@@ -15,7 +15,7 @@ namespace {
 /// Which way is better.
 enum class Better { higher, lower, nearer_zero };
 
-struct Row {
+struct MetricRow {
   std::string_view name;
   std::string_view explanation;
   std::string_view unit;
@@ -26,7 +26,7 @@ struct Row {
 };
 
 using C = quality::Comparison;
-constexpr std::array<Row, 9> kRows = {{
+constexpr std::array<MetricRow, 9> kRows = {{
     {"Image PSNR, lighting A", "rendered sphere against the truth’s", "dB", Better::higher, 1,
      false, [](const C& c) { return c.lighting_a.psnr_db; }},
     {"Image PSNR, lighting B", "", "dB", Better::higher, 1, false,
@@ -47,13 +47,13 @@ constexpr std::array<Row, 9> kRows = {{
      [](const C& c) { return c.lattice.raw_rmse_per_sr; }},
 }};
 
-double badness(const Row& row, double value) {
+double badness(const MetricRow& row, double value) {
   if (std::isnan(value)) return std::numeric_limits<double>::infinity();
   if (row.better == Better::higher) return -value;
   return row.better == Better::lower ? value : std::abs(value);
 }
 
-std::string shown(const Row& row, double value) {
+std::string shown(const MetricRow& row, double value) {
   if (!std::isfinite(value)) return number(value);
   const std::string digits = fmt::format("{:.{}f}", std::abs(value), row.decimals);
   return (value < 0.0 ? "−" : (row.better == Better::nearer_zero ? "+" : "")) + digits;
@@ -74,7 +74,7 @@ std::string metrics_section(const ReportData& data) {
         fmt::format("<th>{}<small>{}</small></th>", escaped(method->name), escaped(method->note));
   }
   std::string body;
-  for (const Row& row : kRows) {
+  for (const MetricRow& row : kRows) {
     double best = std::numeric_limits<double>::infinity();
     for (const MethodResult* m : methods)
       best = std::min(best, badness(row, row.value(*m->comparison)));

@@ -8,6 +8,7 @@
 
 #include "html.h"
 #include "plots.h"
+#include "style.h"
 #include "svg.h"
 
 namespace gonio::report {
@@ -21,7 +22,6 @@ constexpr double kBottom = 316.0;
 constexpr double kResidualTop = 344.0;
 constexpr double kResidualBottom = 450.0;
 constexpr double kHeight = 482.0;
-constexpr std::array<std::string_view, 3> kChannels = {"r", "g", "b"};
 constexpr double kResidualRange = 4.0;  // sigmas; what lies beyond is drawn at the edge
 
 /// Samples of one pose side by side.
@@ -103,7 +103,7 @@ void draw_sample(Svg& svg, const FittedSample& s, double x, double step, const A
                  const Axis& residual) {
   const samples::Sample& sample = s.sample;
   for (int c = 0; c < 3; ++c) {
-    const std::string_view channel = kChannels[static_cast<std::size_t>(c)];
+    const std::string_view channel = kChannelClasses[static_cast<std::size_t>(c)];
     const double at = x + (c - 1) * step * 0.26;
     const double value = sample.value_per_sr[c];
     const double sigma = sigma_of(sample, c);

@@ -20,7 +20,7 @@ constexpr std::array<PictureLighting, 3> kLightings = {PictureLighting::studio, 
                                                        PictureLighting::b};
 
 /// Pictures under one light: the reference first (truth, else the result), all exposed as it asks.
-struct Row {
+struct SphereRow {
   PictureLighting lighting;
   double exposure;
   std::vector<render::SpherePicture> pictures;
@@ -37,7 +37,7 @@ std::string name_of(PictureLighting lighting) {
   return name;
 }
 
-std::vector<Row> render_rows(const ReportData& data) {
+std::vector<SphereRow> render_rows(const ReportData& data) {
   std::vector<brdf::TableBrdf> brdfs;
   brdfs.reserve(data.methods.size() + 1);
   if (data.truth) brdfs.emplace_back(*data.truth);
@@ -45,13 +45,13 @@ std::vector<Row> render_rows(const ReportData& data) {
     // Without a truth to hold them against, further methods are of no interest.
     if (data.methods[i].table && (i == 0 || data.truth)) brdfs.emplace_back(*data.methods[i].table);
   }
-  std::vector<Row> rows;
+  std::vector<SphereRow> rows;
   for (const PictureLighting lighting : kLightings) {
     // Other methods only in the studio: the table of errors has the rest.
     const std::size_t count = lighting == PictureLighting::studio || !data.truth ? brdfs.size() : 2;
     std::vector<const brdf::BrdfModel*> models;
     for (std::size_t i = 0; i < count; ++i) models.push_back(&brdfs[i]);
-    Row row{lighting, 1.0, render::render_spheres(models, lighting, data.sphere_size)};
+    SphereRow row{lighting, 1.0, render::render_spheres(models, lighting, data.sphere_size)};
     row.exposure =
         render::picture_exposure(row.pictures[0], lighting, data.methods.front().table->scale());
     rows.push_back(std::move(row));
@@ -61,9 +61,9 @@ std::vector<Row> render_rows(const ReportData& data) {
 
 /// One scale for the whole page, so that its pictures can be held against each other: the first
 /// that most of every picture fits into.
-double difference_scale(const std::vector<Row>& rows) {
+double difference_scale(const std::vector<SphereRow>& rows) {
   double largest = 0.0;
-  for (const Row& row : rows) {
+  for (const SphereRow& row : rows) {
     for (std::size_t i = 1; i < row.pictures.size(); ++i) {
       largest = std::max(largest, row.difference(i, render::kDifferenceScale).p95_delta_e);
     }
@@ -94,7 +94,7 @@ std::string scale_line(double scale) {
 }
 
 /// Further methods that have a table: what one gains over them.
-std::string other_methods(const ReportData& data, const Row& studio, double scale) {
+std::string other_methods(const ReportData& data, const SphereRow& studio, double scale) {
   std::string figures;
   std::size_t at = 2;
   for (std::size_t i = 1; i < data.methods.size(); ++i) {
@@ -115,12 +115,12 @@ std::string other_methods(const ReportData& data, const Row& studio, double scal
 }  // namespace
 
 SphereSection sphere_section(const ReportData& data) {
-  const std::vector<Row> rows = render_rows(data);
+  const std::vector<SphereRow> rows = render_rows(data);
   const std::size_t ours = data.truth ? 1 : 0;
   std::string figures;
   std::string below;
   const double scale = difference_scale(rows);
-  for (const Row& row : rows) {
+  for (const SphereRow& row : rows) {
     const std::string lighting = name_of(row.lighting);
     if (!data.truth) {
       figures += figure(row.shown(ours), "sphere of the reconstruction", lighting, "");

@@ -17,7 +17,7 @@ namespace {
 
 namespace lattice = brdf::lattice;
 
-constexpr std::size_t kBlockCells = 16384;
+constexpr std::size_t kWeightBlock = 16384;
 
 /// The sine and cosine of an axis' indices: 360 pairs instead of 1.1 million.
 template <std::size_t Count>
@@ -54,7 +54,7 @@ std::vector<float> cell_weights(const LogMapping& mapping) {
 
   const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
   std::vector<float> weights(cells.size());
-  parallel::for_each_block(0, cells.size(), kBlockCells, [&](std::size_t begin, std::size_t end) {
+  parallel::for_each_block(0, cells.size(), kWeightBlock, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const lattice::Index at = lattice::index_from_cell(cells[i]);
       const auto [sin_h, cos_h] = theta_h[static_cast<std::size_t>(at.theta_h)];
@@ -76,7 +76,7 @@ std::vector<std::uint32_t> map_table(const brdf::BrdfTable& table, const LogMapp
 
   using Positions = std::vector<std::uint32_t>;
   return parallel::reduce_blocks(
-      0, p, kBlockCells, Positions{},
+      0, p, kWeightBlock, Positions{},
       [&](std::size_t begin, std::size_t end) {
         Positions missing;
         bool all_there = true;

@@ -15,7 +15,7 @@ namespace {
 
 namespace lattice = brdf::lattice;
 
-constexpr std::size_t kBlockCells = 16384;
+constexpr std::size_t kDenseBlock = 16384;
 /// Cells whose three channels fit into the first-level cache between product and exponential.
 constexpr std::size_t kChunkCells = 1024;
 
@@ -45,7 +45,7 @@ Eigen::MatrixXf mapped_field(const Basis& basis, const Eigen::MatrixXd& coeffici
   const std::size_t k = static_cast<std::size_t>(basis.components.cols());
   Eigen::MatrixXf field(p, 3);
   parallel::for_each_block(
-      0, static_cast<std::size_t>(p), kBlockCells, [&](std::size_t begin, std::size_t end) {
+      0, static_cast<std::size_t>(p), kDenseBlock, [&](std::size_t begin, std::size_t end) {
         detail::expand_rows(basis.components.data() + begin * k, basis.mean.data() + begin,
                             end - begin, k, packed.data(), field.col(0).data() + begin,
                             field.col(1).data() + begin, field.col(2).data() + begin);
@@ -80,7 +80,7 @@ Eigen::MatrixXd project(const Basis& basis, const Eigen::MatrixXf& field) {
     return sums;
   };
   Eigen::MatrixXd coefficients = parallel::reduce_blocks(
-      0, static_cast<std::size_t>(p), kBlockCells, Eigen::MatrixXd(Eigen::MatrixXd::Zero(k, 3)),
+      0, static_cast<std::size_t>(p), kDenseBlock, Eigen::MatrixXd(Eigen::MatrixXd::Zero(k, 3)),
       sums_of_cells, [](Eigen::MatrixXd& total, Eigen::MatrixXd&& part) { total += part; });
   // The columns of Q are orthogonal with the singular values as lengths.
   coefficients.array().colwise() /= basis.singular_values.head(k).array().square();
@@ -97,7 +97,7 @@ brdf::BrdfTable expand(const Basis& basis, const Eigen::MatrixXd& coefficients) 
   const std::size_t k = static_cast<std::size_t>(basis.components.cols());
   const float epsilon = static_cast<float>(basis.mapping.epsilon);
   std::vector<double> stored(3 * lattice::kCells, -1.0);
-  parallel::for_each_block(0, cells.size(), kBlockCells, [&](std::size_t begin, std::size_t end) {
+  parallel::for_each_block(0, cells.size(), kDenseBlock, [&](std::size_t begin, std::size_t end) {
     std::array<std::array<float, kChunkCells>, 3> x;
     for (std::size_t at = begin; at < end; at += kChunkCells) {
       const std::size_t count = std::min(kChunkCells, end - at);

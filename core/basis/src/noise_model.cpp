@@ -21,17 +21,6 @@ constexpr std::array<Angle brdf::HalfDiff::*, 3> kAngles = {
 constexpr std::array<Angle Sample::*, 3> kAngleUncertainties = {
     &Sample::u_theta_h, &Sample::u_theta_d, &Sample::u_phi_d};
 
-/// `direction` with one angle moved, kept on the lattice's side of the poles and above the
-/// horizon (where it cannot be, it stays).
-brdf::HalfDiff moved(const brdf::HalfDiff& direction, Angle brdf::HalfDiff::*angle, Angle by) {
-  brdf::HalfDiff there = direction;
-  there.*angle += by;
-  if (angle != &brdf::HalfDiff::phi_d) {
-    there.*angle = std::clamp(there.*angle, Angle(), Angle::from_degrees(90.0));
-  }
-  return brdf::above_horizon(there.theta_h, there.theta_d, there.phi_d) ? there : direction;
-}
-
 void set_row(const BasisRow& row, Eigen::Index i, Eigen::MatrixXd& a, Eigen::VectorXd& mean,
              Eigen::VectorXd& weight) {
   a.row(i) = row.q.head(a.cols()).transpose();

@@ -22,7 +22,7 @@ namespace {
 using brdf::BrdfTable;
 namespace lattice = brdf::lattice;
 
-constexpr std::size_t kBlockCells = 16384;
+constexpr std::size_t kTrainingBlock = 16384;
 /// More than a fifth missing says that a file is damaged, not that a cell was hidden.
 constexpr std::size_t kMissingDivisor = 5;
 
@@ -154,7 +154,7 @@ TrainingSet::Mapped TrainingSet::map(const brdf::BrdfModel& model) const {
   Mapped mapped;
   mapped.rows.resize(3 * basis_cells().size());
   const float epsilon = static_cast<float>(mapping_.epsilon);
-  parallel::for_each_block(0, p, kBlockCells, [&](std::size_t begin, std::size_t end) {
+  parallel::for_each_block(0, p, kTrainingBlock, [&](std::size_t begin, std::size_t end) {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       float* const out = mapped.rows.data() + channel * p;
       const double* const in = values.data() + channel * p;

@@ -20,7 +20,7 @@ namespace {
 
 namespace lattice = brdf::lattice;
 
-constexpr std::size_t kBlockCells = 8192;
+constexpr std::size_t kUncertaintyBlock = 8192;
 /// Every so-manieth cell is enough for quantiles over all training rows; prime, so that no axis of
 /// the lattice is favoured.
 constexpr Eigen::Index kStride = 397;
@@ -176,7 +176,7 @@ Uncertainty uncertainty(const Basis& basis, const Fit& fit) {
   constexpr float kFloor = static_cast<float>(kLeastSigma * kLeastSigma);
   found.sigma.resize(p, 3);
   parallel::for_each_block(
-      0, static_cast<std::size_t>(p), kBlockCells, [&](std::size_t begin, std::size_t end) {
+      0, static_cast<std::size_t>(p), kUncertaintyBlock, [&](std::size_t begin, std::size_t end) {
         const auto from = static_cast<Eigen::Index>(begin);
         const auto count = static_cast<Eigen::Index>(end - begin);
         RowMajorMatrixXf product(count, all.cols());

@@ -18,7 +18,6 @@ namespace {
 
 constexpr std::uintmax_t kMostBytes = std::uintmax_t{64} << 20U;
 constexpr int kMostWavelengths = 2000;
-constexpr double kHalfPi = std::numbers::pi / 2.0;
 /// Six decimals in the files.
 constexpr double kAngleRounding = 1e-5;
 /// Noise is a small number; this says that a column is no BRDF.
@@ -125,9 +124,9 @@ std::vector<ScatteredValue> read_cornell(const std::filesystem::path& path) {
   };
   while (const std::optional<double> first = numbers.next()) {
     constexpr double kTurn = 2.0 * std::numbers::pi;
-    const Angle theta_i = angle(*first, "theta_i", 0.0, kHalfPi);
+    const Angle theta_i = angle(*first, "theta_i", 0.0, std::numbers::pi / 2.0);
     const Angle phi_i = angle(numbers.require("phi_i"), "phi_i", -kTurn, kTurn);
-    const Angle theta_o = angle(numbers.require("theta_o"), "theta_o", 0.0, kHalfPi);
+    const Angle theta_o = angle(numbers.require("theta_o"), "theta_o", 0.0, std::numbers::pi / 2.0);
     const Angle phi_o = angle(numbers.require("phi_o"), "phi_o", -kTurn, kTurn);
     for (double& value : spectrum) {
       value =

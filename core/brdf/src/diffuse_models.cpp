@@ -8,8 +8,6 @@
 namespace gonio::brdf {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Rgb checked_albedo(const Rgb& albedo) {
   require_between("albedo", albedo, 0.0, 1.0);
   return albedo;
@@ -17,17 +15,17 @@ Rgb checked_albedo(const Rgb& albedo) {
 
 }  // namespace
 
-Lambertian::Lambertian(const Rgb& albedo) : per_sr_(checked_albedo(albedo) / kPi) {}
+Lambertian::Lambertian(const Rgb& albedo) : per_sr_(checked_albedo(albedo) / std::numbers::pi) {}
 
 Rgb Lambertian::evaluate_visible(const ShadingGeometry&) const { return per_sr_; }
 
 OrenNayarFactor::OrenNayarFactor(double sigma)
-    : sigma_(sigma), scale_(1.0 / (1.0 + (0.5 - 2.0 / (3.0 * kPi)) * sigma)) {
+    : sigma_(sigma), scale_(1.0 / (1.0 + (0.5 - 2.0 / (3.0 * std::numbers::pi)) * sigma)) {
   require_between("sigma", sigma, 0.0, 1.0);
 }
 
 RoughDiffuse::RoughDiffuse(const Rgb& albedo, double sigma)
-    : per_sr_(checked_albedo(albedo) / kPi), factor_(sigma) {}
+    : per_sr_(checked_albedo(albedo) / std::numbers::pi), factor_(sigma) {}
 
 Rgb RoughDiffuse::evaluate_visible(const ShadingGeometry& g) const {
   const double wi_dot_wo = 2.0 * g.cos_theta_d * g.cos_theta_d - 1.0;
@@ -44,12 +42,13 @@ Rgb VolumeScatter::evaluate_visible(const ShadingGeometry& g) const {
   // wi leaves the surface, so light goes on straight where wi.wo = -1.
   const double cos_scatter = 1.0 - 2.0 * g.cos_theta_d * g.cos_theta_d;
   const double base = 1.0 + g_ * g_ - 2.0 * g_ * cos_scatter;
-  const double phase = (1.0 - g_ * g_) / (4.0 * kPi * base * std::sqrt(base));
+  const double phase = (1.0 - g_ * g_) / (4.0 * std::numbers::pi * base * std::sqrt(base));
   return albedo_ * (phase / (g.cos_theta_i + g.cos_theta_o));
 }
 
 Sheen::Sheen(double roughness, const Rgb& tint)
-    : exponent_(1.0 / roughness), scaled_tint_(tint * ((2.0 + exponent_) / (8.0 * kPi))) {
+    : exponent_(1.0 / roughness),
+      scaled_tint_(tint * ((2.0 + exponent_) / (8.0 * std::numbers::pi))) {
   require_between("sheen roughness", roughness, 0.01, 1.0);
   require_between("tint", tint, 0.0, 1.0);
 }
@@ -60,7 +59,7 @@ Rgb Sheen::evaluate_visible(const ShadingGeometry& g) const {
 }
 
 Backscatter::Backscatter(const Rgb& strength, double width)
-    : per_sr_(strength / kPi), width_(width) {
+    : per_sr_(strength / std::numbers::pi), width_(width) {
   require_between("strength", strength, 0.0, 1.0);
   require_between("width", width, 1e-3, 10.0);
 }

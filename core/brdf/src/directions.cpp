@@ -1,6 +1,7 @@
 #include "gonio/brdf/directions.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -92,6 +93,15 @@ PolarCosines polar_cosines(Angle theta_h, Angle theta_d, Angle phi_d) {
 
 bool above_horizon(Angle theta_h, Angle theta_d, Angle phi_d) {
   return above_horizon(SinCos(theta_h), SinCos(theta_d), cos(phi_d));
+}
+
+HalfDiff moved(const HalfDiff& direction, Angle HalfDiff::*angle, Angle by) {
+  HalfDiff there = direction;
+  there.*angle += by;
+  if (angle != &HalfDiff::phi_d) {
+    there.*angle = std::clamp(there.*angle, Angle(), Angle::from_degrees(90.0));
+  }
+  return above_horizon(there.theta_h, there.theta_d, there.phi_d) ? there : direction;
 }
 
 }  // namespace gonio::brdf

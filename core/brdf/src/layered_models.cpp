@@ -10,8 +10,6 @@
 namespace gonio::brdf {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 double refracted_cosine(double cosine, double inverse_n_squared) {
   return std::sqrt(1.0 - (1.0 - cosine * cosine) * inverse_n_squared);
 }
@@ -40,7 +38,8 @@ Rgb internal_reflectance(const Coat& coat) {
 
 Rgb coated_scale(const Coat& coat, const Rgb& albedo) {
   require_between("albedo", albedo, 0.0, 1.0);
-  return albedo / (kPi * coat.n * coat.n * (1.0 - albedo * internal_reflectance(coat)));
+  return albedo /
+         (std::numbers::pi * coat.n * coat.n * (1.0 - albedo * internal_reflectance(coat)));
 }
 
 std::function<Rgb(double)> reflectance_inside(const Coat& coat, const RefractiveIndex& metal,

@@ -10,8 +10,6 @@
 namespace gonio::brdf {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 RgbCurve scaled_fresnel(const RefractiveIndex& index, const Rgb& scale) {
   require_physical(index);
   return RgbCurve([&](double cosine) -> Rgb { return scale * fresnel_reflectance(cosine, index); });
@@ -58,7 +56,7 @@ Rgb Ggx::evaluate_visible(const ShadingGeometry& g) const {
 }
 
 AbcLobe::AbcLobe(const Rgb& a, double b, double c, const RefractiveIndex& index)
-    : b_(b), c_(c), fresnel_(scaled_fresnel(index, a / kPi)) {
+    : b_(b), c_(c), fresnel_(scaled_fresnel(index, a / std::numbers::pi)) {
   require_between("A", a, 0.0, 1e9);
   require_between("B", b, 1e-6, 1e9);
   require_between("C", c, 1e-6, 100.0);
@@ -71,10 +69,10 @@ AbcLobe AbcLobe::normalised(double b, double c, const RefractiveIndex& index, co
   // 2 pi times the integral of (1 + B (1 - u))^-C u du, u = cos theta_h, with s = 1 + B (1 - u).
   const double end = 1.0 + b;
   const double area =
-      2.0 * kPi / b *
+      2.0 * std::numbers::pi / b *
       ((1.0 + 1.0 / b) * power_integral(-c, end) - power_integral(1.0 - c, end) / b);
   // f = F D G / (4 cos cos), so A / pi = D(0) / 4.
-  return AbcLobe(tint * (kPi / (4.0 * area)), b, c, index);
+  return AbcLobe(tint * (std::numbers::pi / (4.0 * area)), b, c, index);
 }
 
 Rgb AbcLobe::evaluate_visible(const ShadingGeometry& g) const {
@@ -95,11 +93,11 @@ ShiftedGamma::ShiftedGamma(const Parameters& parameters) : parameters_(parameter
   require_between("lambda", parameters.lambda, 0.0, 1e3);
   require_between("c_g", parameters.c_g, 0.0, 1e3);
   require_between("k_g", parameters.k_g, 1e-3, 1e3);
-  require_between("theta0", parameters.theta0, -kPi, kPi);
+  require_between("theta0", parameters.theta0, -std::numbers::pi, std::numbers::pi);
   for (int channel = 0; channel < 3; ++channel) {
     const double alpha = parameters.alpha[channel];
     const double kappa = 1.0 / (alpha * upper_gamma(parameters.p[channel], alpha));
-    scale_[channel] = parameters.rho[channel] * kappa / (kPi * kPi);
+    scale_[channel] = parameters.rho[channel] * kappa / (std::numbers::pi * std::numbers::pi);
   }
 }
 

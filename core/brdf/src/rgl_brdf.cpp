@@ -12,9 +12,8 @@
 namespace gonio::brdf {
 namespace {
 
-constexpr double kHalfPi = std::numbers::pi / 2.0;
 /// Single precision cannot hold pi/2 exactly; files say 89.99999 or 90.000003 deg.
-constexpr float kMostTheta = static_cast<float>(kHalfPi) + 1e-5f;
+constexpr float kMostTheta = static_cast<float>(std::numbers::pi / 2.0) + 1e-5f;
 
 void require(bool fine, const char* field, const std::string& message) {
   if (!fine) throw std::invalid_argument(std::string(field) + ": " + message);
@@ -65,7 +64,7 @@ BilinearWarp warp_of(RglTables::Grid&& vndf, std::size_t slices) {
   }
 }
 
-double unit_from_theta(double theta) { return std::sqrt(theta / kHalfPi); }
+double unit_from_theta(double theta) { return std::sqrt(2.0 * theta / std::numbers::pi); }
 
 }  // namespace
 

@@ -14,7 +14,6 @@
 namespace gonio::brdf {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 /// A node at every bin centre of the lattice's theta_h, (2 i + 1) / 180 of the same square root.
 constexpr std::size_t kPolarNodes = 181;
 constexpr std::size_t kAzimuthNodes = 65;
@@ -28,7 +27,7 @@ constexpr double kBelowHorizon = -0.1;
 /// Of the peak: keeps f cos theta_o over ndf in the range of single precision.
 constexpr double kLowestNdf = 1e-7;
 
-double theta_of(double u) { return u * u * kPi / 2.0; }
+double theta_of(double u) { return u * u * std::numbers::pi / 2.0; }
 
 double luminance(const Rgb& rgb) { return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2]; }
 
@@ -65,11 +64,14 @@ std::vector<double> lobe_of(const BrdfModel& model) {
 
 /// Half vector at a node of the unit square, light in the plane of azimuth 0.
 Eigen::Vector3d half_vector(double u, double v) {
-  return direction(Angle::from_radians(theta_of(u)), Angle::from_radians((2.0 * v - 1.0) * kPi));
+  return direction(Angle::from_radians(theta_of(u)),
+                   Angle::from_radians((2.0 * v - 1.0) * std::numbers::pi));
 }
 
 /// Area of the unit sphere per area of the unit square.
-double sphere_per_square(double u) { return 2.0 * kPi * std::sin(theta_of(u)) * kPi * u; }
+double sphere_per_square(double u) {
+  return 2.0 * std::numbers::pi * std::sin(theta_of(u)) * std::numbers::pi * u;
+}
 
 /// Visible normals over the unit square: half by the lobe, half even. `area` gets the integral of
 /// the lobe's projected area.
@@ -100,7 +102,7 @@ RglTables rgl_tables(const BrdfModel& model, std::string description) {
   tables.description = std::move(description);
   for (std::size_t k = 0; k < kLights; ++k) {
     tables.theta_i_rad.push_back(
-        static_cast<float>(kPi / 2.0 * static_cast<double>(k) / (kLights - 1)));
+        static_cast<float>(std::numbers::pi / 2.0 * static_cast<double>(k) / (kLights - 1)));
   }
   const std::vector<double> lobe = lobe_of(model);
   tables.ndf = {2, kPolarNodes, std::vector<float>(lobe.begin(), lobe.end())};
@@ -132,7 +134,8 @@ RglTables rgl_tables(const BrdfModel& model, std::string description) {
     const Eigen::Vector3d wi = direction(Angle::from_radians(theta_i), Angle());
     const double sigma = bilinear(
         tables.sigma.values, kPolarNodes,
-        AxisPlace::on(std::sqrt(tables.theta_i_rad[slice] * 2.0 / kPi), kPolarNodes), {0, 0.5});
+        AxisPlace::on(std::sqrt(tables.theta_i_rad[slice] * 2.0 / std::numbers::pi), kPolarNodes),
+        {0, 0.5});
     for (std::size_t place = 0; place < kPlane; ++place) {
       const BilinearWarp::Point at =
           warp.from_uniform({static_cast<double>(place % kWarped) / (kWarped - 1),

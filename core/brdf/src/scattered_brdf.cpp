@@ -24,7 +24,7 @@ constexpr double kSamePlace = 1e-7;
 /// Keeps the slopes of a degenerate neighbourhood (all samples on a line) at 0; relative to the
 /// neighbourhood's own spread.
 constexpr double kSlopePrior = 1e-6;
-constexpr std::size_t kBlockCells = 4096;
+constexpr std::size_t kScatteredBlock = 4096;
 
 NearestPoints::Point coordinates(const HalfDiff& at, int folds) {
   const double root = std::sqrt(at.theta_h.radians());
@@ -148,13 +148,14 @@ bool ScatteredBrdf::covers(const DirectionPair& pair) const {
 BrdfTable tabulate_covered(const ScatteredBrdf& brdf, RadiometricScale scale) {
   BrdfTable table(IndexConvention::bin_centre, scale);
   const std::vector<std::uint32_t>& cells = lattice::cells_above_horizon();
-  parallel::for_each_block(0, cells.size(), kBlockCells, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const DirectionPair pair =
-          directions_from_half_diff(lattice::angles_of(lattice::index_from_cell(cells[i])));
-      if (brdf.covers(pair)) table.set_value(cells[i], brdf.evaluate(pair));
-    }
-  });
+  parallel::for_each_block(
+      0, cells.size(), kScatteredBlock, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const DirectionPair pair =
+              directions_from_half_diff(lattice::angles_of(lattice::index_from_cell(cells[i])));
+          if (brdf.covers(pair)) table.set_value(cells[i], brdf.evaluate(pair));
+        }
+      });
   return table;
 }
 

@@ -10,16 +10,16 @@
 namespace gonio::brdf {
 namespace {
 
-constexpr double kFirst_nm = 380.0;
-constexpr double kStep_nm = 10.0;
-constexpr std::size_t kRows = 41;
+constexpr double kObserverFirst_nm = 380.0;
+constexpr double kObserverStep_nm = 10.0;
+constexpr std::size_t kObserverRows = 41;
 
 struct Row {
   double x, y, z;  ///< observer
   double d65;
 };
 
-constexpr std::array<Row, kRows> kTable = {{
+constexpr std::array<Row, kObserverRows> kTable = {{
     {0.0014, 0.0000, 0.0065, 49.9755}, {0.0042, 0.0001, 0.0201, 54.6482},
     {0.0143, 0.0004, 0.0679, 82.7549}, {0.0435, 0.0012, 0.2074, 91.4860},
     {0.1344, 0.0040, 0.6456, 93.4318}, {0.2839, 0.0116, 1.3856, 86.6823},
@@ -45,8 +45,8 @@ constexpr std::array<Row, kRows> kTable = {{
 
 /// Observer times illuminant at any wavelength of the table.
 Eigen::Vector3d response(double wavelength_nm) {
-  const double at = (wavelength_nm - kFirst_nm) / kStep_nm;
-  const std::size_t i = std::min(static_cast<std::size_t>(std::fmax(at, 0.0)), kRows - 2);
+  const double at = (wavelength_nm - kObserverFirst_nm) / kObserverStep_nm;
+  const std::size_t i = std::min(static_cast<std::size_t>(std::fmax(at, 0.0)), kObserverRows - 2);
   const double t = at - static_cast<double>(i);
   const Row& a = kTable[i];
   const Row& b = kTable[i + 1];
@@ -82,7 +82,7 @@ Eigen::Matrix3Xd srgb_weights(std::span<const double> wavelengths_nm) {
   Eigen::Matrix3Xd xyz = Eigen::Matrix3Xd::Zero(3, count);
   constexpr int kFineSteps = 400;  // 1 nm; the table's own steps are linear
   for (int i = 0; i <= kFineSteps; ++i) {
-    const double at = kFirst_nm + i;
+    const double at = kObserverFirst_nm + i;
     const double share = i == 0 || i == kFineSteps ? 0.5 : 1.0;
     const auto above = std::upper_bound(wavelengths_nm.begin(), wavelengths_nm.end(), at);
     const auto next = static_cast<Eigen::Index>(above - wavelengths_nm.begin());

@@ -14,7 +14,7 @@ namespace gonio::brdf {
 namespace {
 
 /// Small enough to share out evenly, large enough that handing out costs nothing.
-constexpr std::size_t kBlockCells = 8192;
+constexpr std::size_t kTabulatedCells = 8192;
 
 [[noreturn]] void throw_not_finite(std::uint32_t cell, IndexConvention convention) {
   const HalfDiff at = lattice::angles_of(lattice::index_from_cell(cell), convention);
@@ -29,21 +29,22 @@ template <typename Take>
 void evaluate_each(const BrdfModel& model, std::span<const std::uint32_t> cells,
                    IndexConvention convention, const Take& take) {
   const lattice::LatticeSinCos axes(convention);
-  parallel::for_each_block(0, cells.size(), kBlockCells, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t cell = cells[i];
-      if (cell >= lattice::kCells) {
-        throw std::invalid_argument("cell " + std::to_string(cell) + " is not on the lattice");
-      }
-      const lattice::Index at = lattice::index_from_cell(cell);
-      const Rgb value =
-          model.evaluate(shading_geometry(axes.theta_h[static_cast<std::size_t>(at.theta_h)],
-                                          axes.theta_d[static_cast<std::size_t>(at.theta_d)],
-                                          axes.phi_d[static_cast<std::size_t>(at.phi_d)]));
-      if (!value.isFinite().all()) throw_not_finite(cell, convention);
-      take(i, cell, value);
-    }
-  });
+  parallel::for_each_block(
+      0, cells.size(), kTabulatedCells, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::uint32_t cell = cells[i];
+          if (cell >= lattice::kCells) {
+            throw std::invalid_argument("cell " + std::to_string(cell) + " is not on the lattice");
+          }
+          const lattice::Index at = lattice::index_from_cell(cell);
+          const Rgb value =
+              model.evaluate(shading_geometry(axes.theta_h[static_cast<std::size_t>(at.theta_h)],
+                                              axes.theta_d[static_cast<std::size_t>(at.theta_d)],
+                                              axes.phi_d[static_cast<std::size_t>(at.phi_d)]));
+          if (!value.isFinite().all()) throw_not_finite(cell, convention);
+          take(i, cell, value);
+        }
+      });
 }
 
 }  // namespace

@@ -86,9 +86,9 @@ std::vector<float> sampling_density(const RglTables& tables, std::size_t plane) 
   return density;
 }
 
-constexpr double kFirst_nm = 400.0;
-constexpr double kLast_nm = 700.0;
-constexpr double kStep_nm = 10.0;
+constexpr double kWrittenFirst_nm = 400.0;
+constexpr double kWrittenLast_nm = 700.0;
+constexpr double kWrittenStep_nm = 10.0;
 
 }  // namespace
 
@@ -103,7 +103,8 @@ void write_rgl(const std::filesystem::path& path, const RglTables& tables,
   const std::size_t plane = static_cast<std::size_t>(side * side);
 
   std::vector<double> wavelengths;
-  for (double at = kFirst_nm; at <= kLast_nm; at += kStep_nm) wavelengths.push_back(at);
+  for (double at = kWrittenFirst_nm; at <= kWrittenLast_nm; at += kWrittenStep_nm)
+    wavelengths.push_back(at);
   const Eigen::MatrixX3f primaries = smooth_spectra(wavelengths).cast<float>();
   std::vector<float> spectra;
   spectra.reserve(static_cast<std::size_t>(slices) * wavelengths.size() * plane);

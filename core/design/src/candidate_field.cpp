@@ -12,7 +12,7 @@
 namespace gonio::design {
 namespace {
 
-constexpr std::size_t kBlock = 2048;  // 650 kB of rows at k = 80: stays in a core's cache
+constexpr std::size_t kFieldBlock = 2048;  // 650 kB of rows at k = 80: stays in a core's cache
 
 Change change_of(Criterion criterion, double beta, const Eigen::VectorXd& h,
                  const Eigen::MatrixXd& open, const Eigen::MatrixXd& importance) {
@@ -72,7 +72,7 @@ CandidateField::CandidateField(const basis::RowMajorMatrixXf& rows,
       price_(penalty.size()),
       second_order_(criterion == Criterion::xu_squared),
       figures_((second_order_ ? 4 : 2) * size()),
-      gains_(size(), kBlock) {
+      gains_(size(), kFieldBlock) {
   std::transform(penalty.begin(), penalty.end(), price_.begin(),
                  [](float share) { return std::exp(share); });
 }
@@ -80,7 +80,7 @@ CandidateField::CandidateField(const basis::RowMajorMatrixXf& rows,
 void CandidateField::reset(const Eigen::MatrixXd& open) {
   const basis::RowMajorMatrixXf open_float = open.cast<float>();
   const auto k = static_cast<std::size_t>(rows_.cols());
-  parallel::for_each_block(0, size(), kBlock, [&](std::size_t from, std::size_t to) {
+  parallel::for_each_block(0, size(), kFieldBlock, [&](std::size_t from, std::size_t to) {
     const auto count = static_cast<Eigen::Index>(to - from);
     const auto times = [&](const float* left, const basis::RowMajorMatrixXf& right) {
       basis::RowMajorMatrixXf product(count, right.cols());
@@ -149,7 +149,7 @@ void CandidateField::scan(const std::vector<Change>& changes, const Change* tria
   Eigen::MatrixXf tried;
   if (trial != nullptr) tried = trial->vectors.cast<float>();
 
-  parallel::for_each_block(0, size(), kBlock, [&](std::size_t from, std::size_t to) {
+  parallel::for_each_block(0, size(), kFieldBlock, [&](std::size_t from, std::size_t to) {
     std::vector<double> kept_products(per_change);
     std::vector<float> tried_products(per_change);
     for (std::size_t i = from; i < to; ++i) {

@@ -19,7 +19,7 @@ constexpr int kParts = 6;
 constexpr int kPolarIndices = static_cast<int>(lattice::kThetaH) / kParts;
 constexpr int kAzimuthIndices = static_cast<int>(lattice::kPhiD) / kParts;
 constexpr std::size_t kRegions = kParts * kParts * kParts;
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kCoverageBlock = 8192;
 
 struct Sums {
   std::array<double, kRegions> error{};   // importance times variance
@@ -52,7 +52,7 @@ UncoveredRegion largest_uncovered_region(const basis::Basis& basis, const Eigen:
   // A root of M: the variance is the squared length of a row times it.
   const Eigen::MatrixXf root = Eigen::MatrixXd(open_share(rows, eta).llt().matrixL()).cast<float>();
   const Sums sums = parallel::reduce_blocks(
-      0, cells.size(), kBlock, Sums{},
+      0, cells.size(), kCoverageBlock, Sums{},
       [&](std::size_t from, std::size_t to) {
         const auto first = static_cast<Eigen::Index>(from);
         const auto count = static_cast<Eigen::Index>(to - from);

@@ -18,7 +18,6 @@ constexpr std::size_t kLevelFactor = 8;
 constexpr int kKeptBetween = 3;
 // How the time splits between the starts and the rest, for the progress shown.
 constexpr double kStartShare = 0.4;
-constexpr double kUsualSweeps = 4.0;
 
 std::vector<std::uint32_t> allowed_cells(const CandidateGate& gate) {
   std::vector<std::uint32_t> allowed;

@@ -7,12 +7,11 @@
 
 #include "gonio/random/stream.h"
 #include "lattice_moves.h"
+#include "search_support.h"
 
 namespace gonio::design {
 namespace {
 
-// A swap must lower the criterion by more than single precision can imagine.
-constexpr double kLeastImprovement = 1e-6;
 // Lattice indices a sample moves at once before all cells are looked at, and rounds of it.
 constexpr std::array<int, 3> kDescentSteps = {4, 2, 1};
 constexpr int kMostDescents = 60;

@@ -11,7 +11,7 @@ namespace {
 
 namespace lattice = brdf::lattice;
 
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kNoiseBlock = 8192;
 
 /// Rows of the basis by lattice cell, -1 below the horizon.
 std::vector<std::int32_t> rows_of_cells() {
@@ -43,7 +43,7 @@ std::vector<float> expected_noise(const basis::Basis& basis, const ExpectedNoise
   const double m = basis.row_count();
   const double direction2 = noise.direction.radians() * noise.direction.radians();
   std::vector<float> result(cells.size());
-  parallel::for_each_block(0, cells.size(), kBlock, [&](std::size_t from, std::size_t to) {
+  parallel::for_each_block(0, cells.size(), kNoiseBlock, [&](std::size_t from, std::size_t to) {
     for (std::size_t i = from; i < to; ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       // w f = exp(x) - eps.

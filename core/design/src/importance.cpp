@@ -14,7 +14,7 @@
 namespace gonio::design {
 namespace {
 
-constexpr std::size_t kBlock = 8192;
+constexpr std::size_t kImportanceBlock = 8192;
 
 }  // namespace
 
@@ -47,7 +47,7 @@ Eigen::MatrixXd importance_matrix(const basis::RowMajorMatrixXf& rows,
   const Eigen::Index k = rows.cols();
   const Eigen::ArrayXf root = weights.array().sqrt();
   return parallel::reduce_blocks(
-      0, static_cast<std::size_t>(rows.rows()), kBlock,
+      0, static_cast<std::size_t>(rows.rows()), kImportanceBlock,
       Eigen::MatrixXd(Eigen::MatrixXd::Zero(k, k)),
       [&](std::size_t from, std::size_t to) {
         const auto first = static_cast<Eigen::Index>(from);

@@ -18,10 +18,10 @@ namespace gonio::design {
 namespace {
 
 /// What a swap must lower J by: the tenth part of a hundredth of a decibel.
-constexpr double kLeastImprovement = 1e-4;
-constexpr std::array<int, 3> kSteps = {6, 2, 1};
+constexpr double kLeastGain = 1e-4;
+constexpr std::array<int, 3> kRefinementSteps = {6, 2, 1};
 constexpr int kMostMoves = 60;  // of one descent; the lattice is 90 indices wide
-constexpr std::size_t kBlock = 64;
+constexpr std::size_t kSweepBlock = 64;
 
 struct Tried {
   std::uint32_t cell;
@@ -127,10 +127,10 @@ class Search {
   std::vector<Tried> values(const LeaveOneOutField& field,
                             const std::vector<std::uint32_t>& cells) const {
     std::vector<Tried> result(cells.size());
-    parallel::for_each_block(0, cells.size(), kBlock, [&](std::size_t from, std::size_t to) {
+    parallel::for_each_block(0, cells.size(), kSweepBlock, [&](std::size_t from, std::size_t to) {
       basis::RowMajorMatrixXf gathered(static_cast<Eigen::Index>(to - from), rows_.cols());
-      std::array<float, kBlock> shares{};
-      std::array<double, kBlock> found;
+      std::array<float, kSweepBlock> shares{};
+      std::array<double, kSweepBlock> found;
       for (std::size_t i = from; i < to; ++i) {
         gathered.row(static_cast<Eigen::Index>(i - from)) =
             rows_.row(cells[i]) * static_cast<float>(scale_of(cells[i]));
@@ -152,7 +152,7 @@ class Search {
       std::vector<std::size_t> owner;
       for (std::size_t i = 0; i < ends.size(); ++i) {
         if (moving[i] == 0) continue;
-        for (const int step : kSteps) {
+        for (const int step : kRefinementSteps) {
           for (const std::uint32_t cell : neighbours(ends[i].cell, step)) {
             if (!free(cell)) continue;
             cells.push_back(cell);
@@ -238,7 +238,7 @@ Design leave_one_out_exchange(const basis::RowMajorMatrixXf& rows,
     swapped[at] = search.best_for(design.cells, at, static_cast<int>(step / n));
     if (swapped[at] != design.cells[at]) {
       const double value = search.value_of(swapped);
-      if (value < design.value - kLeastImprovement) {
+      if (value < design.value - kLeastGain) {
         design.cells = std::move(swapped);
         design.value = value;
         ++design.exchanges;

@@ -15,9 +15,9 @@
 namespace gonio::design {
 namespace {
 
-constexpr std::size_t kBlock = 8;
+constexpr std::size_t kShotBlock = 8;
 // A shot is replaced only for more than rounding, so that a search cannot go round in circles.
-constexpr double kLeastImprovement = 1e-9;
+constexpr double kLeastShotGain = 1e-9;
 // How the time usually splits, for the progress shown.
 constexpr double kInformationShare = 0.3;
 
@@ -52,18 +52,19 @@ class ShotField {
       poses_.insert(poses_.end(), poses.begin() + static_cast<std::ptrdiff_t>(at),
                     poses.begin() + static_cast<std::ptrdiff_t>(end));
       packed_.resize(poses_.size() * entries);
-      parallel::for_each_block(first, poses_.size(), kBlock, [&](std::size_t from, std::size_t to) {
-        for (std::size_t i = from; i < to; ++i) {
-          const Eigen::MatrixXd information =
-              near_field_information(rows_, near_field_view(poses_[i], setup_), noise_);
-          float* out = packed_.data() + i * entries;
-          for (Eigen::Index column = 0; column < k_; ++column) {
-            for (Eigen::Index row = column; row < k_; ++row) {
-              *out++ = static_cast<float>(information(row, column));
+      parallel::for_each_block(
+          first, poses_.size(), kShotBlock, [&](std::size_t from, std::size_t to) {
+            for (std::size_t i = from; i < to; ++i) {
+              const Eigen::MatrixXd information =
+                  near_field_information(rows_, near_field_view(poses_[i], setup_), noise_);
+              float* out = packed_.data() + i * entries;
+              for (Eigen::Index column = 0; column < k_; ++column) {
+                for (Eigen::Index row = column; row < k_; ++row) {
+                  *out++ = static_cast<float>(information(row, column));
+                }
+              }
             }
-          }
-        }
-      });
+          });
       tell(end);
     }
   }
@@ -87,7 +88,7 @@ class ShotField {
   /// The best of all poses beside what is known; the lowest number among equals.
   Best best(const Eigen::MatrixXd& known) const {
     return parallel::reduce_blocks(
-        std::size_t{0}, size(), kBlock, Best{},
+        std::size_t{0}, size(), kShotBlock, Best{},
         [&](std::size_t from, std::size_t to) {
           Best part;
           for (std::size_t i = from; i < to; ++i) {
@@ -142,7 +143,7 @@ class Alternation {
       const auto [known, is_new] = passes_.try_emplace(others);
       if (is_new) known->second = field_.best(field_.known(others, others.size()));
       const Best& best = known->second;
-      const bool better = value - best.value > kLeastImprovement * value;
+      const bool better = value - best.value > kLeastShotGain * value;
       if (better) {
         shots[at] = best.pose;
         value = best.value;

@@ -11,9 +11,8 @@ namespace gonio::design {
 namespace {
 
 // How the time splits between the starts, all candidates and the refinement, for progress shown.
-constexpr double kStartShare = 0.4;
+constexpr double kPoseStartShare = 0.4;
 constexpr double kAllShare = 0.5;
-constexpr double kUsualSweeps = 4.0;
 // Positions to either side of a chosen pose, and how often the neighbourhood may move along.
 constexpr int kRefineReach = 3;
 constexpr int kRefineRounds = 4;
@@ -90,7 +89,7 @@ PoseDesign choose_poses(const basis::Basis& basis, const Eigen::MatrixXd& import
         trials.push_back(pool.random_start(static_cast<std::uint64_t>(start)));
       }
       pool.exchange(trials.back(), stop, [&](std::size_t tried, double value) {
-        tell(kStartShare * (start + share_of(tried)) / options.starts, value);
+        tell(kPoseStartShare * (start + share_of(tried)) / options.starts, value);
       });
       design.starts += trials.back().finished ? 1 : 0;
     }
@@ -102,8 +101,8 @@ PoseDesign choose_poses(const basis::Basis& basis, const Eigen::MatrixXd& import
     PosePool pool(rows, candidates.poses, patch, importance, options, candidates.accept);
     for (std::size_t i = 0; i < trials.size(); ++i) {
       pool.exchange(trials[i], stop, [&](std::size_t tried, double value) {
-        tell(kStartShare + kAllShare * (static_cast<double>(i) + share_of(tried)) /
-                               static_cast<double>(trials.size()),
+        tell(kPoseStartShare + kAllShare * (static_cast<double>(i) + share_of(tried)) /
+                                   static_cast<double>(trials.size()),
              value);
       });
     }
@@ -117,8 +116,8 @@ PoseDesign choose_poses(const basis::Basis& basis, const Eigen::MatrixXd& import
       PosePool pool(rows, neighbours(chosen.members, options.refine_step_deg, candidates.allowed),
                     patch, importance, options, candidates.accept);
       pool.exchange(chosen, stop, [&](std::size_t tried, double value) {
-        tell(kStartShare + kAllShare +
-                 (1.0 - kStartShare - kAllShare) * (round + share_of(tried)) / kRefineRounds,
+        tell(kPoseStartShare + kAllShare +
+                 (1.0 - kPoseStartShare - kAllShare) * (round + share_of(tried)) / kRefineRounds,
              value);
       });
       if (chosen.exchanges == before) break;

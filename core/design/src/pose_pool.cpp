@@ -7,12 +7,11 @@
 #include "gonio/design/criteria.h"
 #include "gonio/parallel/parallel.h"
 #include "gonio/random/stream.h"
+#include "search_support.h"
 
 namespace gonio::design {
 namespace {
 
-// A swap must lower the criterion by more than single precision can imagine.
-constexpr double kLeastImprovement = 1e-6;
 // Changes that are kept add their rounding to the field; then it starts afresh.
 constexpr int kChangesBetweenResets = 12;
 constexpr std::size_t kPosesPerBlock = 64;

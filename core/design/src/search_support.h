@@ -6,6 +6,12 @@
 
 namespace gonio::design {
 
+/// What a swap must lower the criterion by, of its value: more than single precision can imagine.
+inline constexpr double kLeastImprovement = 1e-6;
+
+/// Sweeps a search usually needs, for the progress shown.
+inline constexpr double kUsualSweeps = 4.0;
+
 /// About `wanted` of the candidates at even distances, all when there are no more. The distance is
 /// a fraction, so that it does not fall into step with the 180 cells of a phi_d row.
 template <typename Candidate>

@@ -12,10 +12,6 @@
 namespace gonio::files {
 namespace {
 
-struct FreeContext {
-  void operator()(EVP_MD_CTX* context) const noexcept { EVP_MD_CTX_free(context); }
-};
-
 /// In the main thread, before any other: OpenSSL sets itself up at its first use, and what it then
 /// keeps for a thread of a pool is never freed, since that thread lives until the process ends. No
 /// configuration file is needed for a digest.
@@ -29,7 +25,10 @@ void check(int result) {
 }  // namespace
 
 struct Sha256::Context {
-  std::unique_ptr<EVP_MD_CTX, FreeContext> evp{EVP_MD_CTX_new()};
+  struct Free {
+    void operator()(EVP_MD_CTX* context) const noexcept { EVP_MD_CTX_free(context); }
+  };
+  std::unique_ptr<EVP_MD_CTX, Free> evp{EVP_MD_CTX_new()};
 };
 
 Sha256::Sha256() : context_(std::make_unique<Context>()) {

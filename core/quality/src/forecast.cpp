@@ -15,8 +15,8 @@ namespace gonio::quality {
 namespace {
 
 // Every so many pixels of the sphere: 450 are enough for a hundredth of a decibel of the mean.
-constexpr std::size_t kPixelStride = 16;
-constexpr std::size_t kPixelBlock = 8;
+constexpr std::size_t kForecastStride = 16;
+constexpr std::size_t kForecastBlock = 8;
 
 std::vector<std::int32_t> row_of_cell() {
   std::vector<std::int32_t> rows(brdf::lattice::kCells, -1);
@@ -51,11 +51,11 @@ Forecast forecast(const basis::Basis& basis, const Eigen::MatrixXd& residuals) {
   const std::vector<std::int32_t> row_of = row_of_cell();
   const render::MetricSphere& sphere =
       render::MetricSphere::shared(render::MetricLighting::a, brdf::IndexConvention::bin_centre);
-  const std::size_t pixels = (sphere.pixel_count() + kPixelStride - 1) / kPixelStride;
+  const std::size_t pixels = (sphere.pixel_count() + kForecastStride - 1) / kForecastStride;
   Eigen::MatrixXf radiance(2 * m, static_cast<Eigen::Index>(pixels));
-  parallel::for_each_block(0, pixels, kPixelBlock, [&](std::size_t from, std::size_t to) {
+  parallel::for_each_block(0, pixels, kForecastBlock, [&](std::size_t from, std::size_t to) {
     for (std::size_t pixel = from; pixel < to; ++pixel) {
-      const auto terms = sphere.terms(pixel * kPixelStride);
+      const auto terms = sphere.terms(pixel * kForecastStride);
       const auto count = static_cast<Eigen::Index>(terms.size());
       Eigen::MatrixXf q(k, count);
       Eigen::RowVectorXf mean(count);

@@ -13,7 +13,7 @@ namespace gonio::quality {
 namespace {
 
 /// One pixel in so many is enough to score a picture to a few tenths of a decibel; prime.
-constexpr std::size_t kPixelStride = 89;
+constexpr std::size_t kOutlookStride = 89;
 /// Materials whose errors are tried on a prediction.
 constexpr std::size_t kTried = 6;
 /// Mean square difference (nepers^2) below which two sets of samples are equal for all purposes.
@@ -39,7 +39,7 @@ class ThinSphere {
     std::unordered_map<std::uint32_t, Eigen::Index> place;
     std::vector<Eigen::Index> rows;
     first_.push_back(0);
-    for (std::size_t pixel = 0; pixel < sphere.pixel_count(); pixel += kPixelStride) {
+    for (std::size_t pixel = 0; pixel < sphere.pixel_count(); pixel += kOutlookStride) {
       for (const render::MetricSphere::Term& term : sphere.terms(pixel)) {
         const auto found = std::lower_bound(cells.begin(), cells.end(), term.cell);
         if (found == cells.end() || *found != term.cell) continue;

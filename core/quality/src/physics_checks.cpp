@@ -15,7 +15,6 @@
 namespace gonio::quality {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kThetaSteps = 360;  // of theta_h, square-root spaced: four per lattice cell
 constexpr int kPhiSteps = 128;
 constexpr std::array kThetaIDeg = {0.0, 15.0, 30.0, 45.0, 60.0, 75.0};
@@ -45,15 +44,6 @@ Angle along(Angle brdf::HalfDiff::*angle, const brdf::HalfDiff& a, const brdf::H
   const double degrees = (a.*angle - b.*angle).degrees();
   return Angle::from_degrees(angle == &brdf::HalfDiff::phi_d ? std::remainder(degrees, 180.0)
                                                              : degrees);
-}
-
-brdf::HalfDiff moved(const brdf::HalfDiff& direction, Angle brdf::HalfDiff::*angle, Angle by) {
-  brdf::HalfDiff there = direction;
-  there.*angle += by;
-  if (angle != &brdf::HalfDiff::phi_d) {
-    there.*angle = std::clamp(there.*angle, Angle(), Angle::from_degrees(90.0));
-  }
-  return brdf::above_horizon(there.theta_h, there.theta_d, there.phi_d) ? there : direction;
 }
 
 /// Variance of the difference of a pair that the model gives its angles' uncertainty and distance.
@@ -144,12 +134,13 @@ brdf::Rgb directional_albedo(const brdf::BrdfModel& model, Angle theta_i) {
         brdf::Rgb sum = brdf::Rgb::Zero();
         for (std::size_t i = from; i < to; ++i) {
           const double u = (static_cast<double>(i) + 0.5) / kThetaSteps;
-          const double theta_h = u * u * kPi / 2.0;
-          const double cell = std::sin(theta_h) * kPi * u / kThetaSteps * (2.0 * kPi / kPhiSteps);
+          const double theta_h = u * u * std::numbers::pi / 2.0;
+          const double cell = std::sin(theta_h) * std::numbers::pi * u / kThetaSteps *
+                              (2.0 * std::numbers::pi / kPhiSteps);
           for (int j = 0; j < kPhiSteps; ++j) {
-            const Eigen::Vector3d h =
-                brdf::direction(Angle::from_radians(theta_h),
-                                Angle::from_radians(2.0 * kPi * (j + 0.5) / kPhiSteps));
+            const Eigen::Vector3d h = brdf::direction(
+                Angle::from_radians(theta_h),
+                Angle::from_radians(2.0 * std::numbers::pi * (j + 0.5) / kPhiSteps));
             const double cosine = wi.dot(h);
             if (cosine <= 0.0) continue;
             const Eigen::Vector3d wo = (2.0 * cosine * h - wi).normalized();

@@ -8,7 +8,7 @@
 namespace gonio::render {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 
 /// IEC 61966-2-1, linear sRGB to CIE XYZ.
 const Eigen::Matrix3d& xyz_from_srgb() {
@@ -34,7 +34,7 @@ double inverse_lab_curve(double f) {
 
 double hue_degrees(double b, double a) {
   if (a == 0.0 && b == 0.0) return 0.0;
-  const double angle = std::atan2(b, a) / kDegree;
+  const double angle = std::atan2(b, a) / kRadiansPerDegree;
   return angle < 0.0 ? angle + 360.0 : angle;
 }
 
@@ -85,14 +85,15 @@ double delta_e_2000(const Lab& first, const Lab& second) {
 
   const double dl = second.x() - first.x();
   const double dc = chroma2 - chroma1;
-  const double dh = 2.0 * std::sqrt(chroma1 * chroma2) * std::sin(hue_step / 2.0 * kDegree);
+  const double dh =
+      2.0 * std::sqrt(chroma1 * chroma2) * std::sin(hue_step / 2.0 * kRadiansPerDegree);
 
   const double mean_l = (first.x() + second.x()) / 2.0;
   const double mean_c = (chroma1 + chroma2) / 2.0;
-  const double t = 1.0 - 0.17 * std::cos((mean_hue - 30.0) * kDegree) +
-                   0.24 * std::cos(2.0 * mean_hue * kDegree) +
-                   0.32 * std::cos((3.0 * mean_hue + 6.0) * kDegree) -
-                   0.20 * std::cos((4.0 * mean_hue - 63.0) * kDegree);
+  const double t = 1.0 - 0.17 * std::cos((mean_hue - 30.0) * kRadiansPerDegree) +
+                   0.24 * std::cos(2.0 * mean_hue * kRadiansPerDegree) +
+                   0.32 * std::cos((3.0 * mean_hue + 6.0) * kRadiansPerDegree) -
+                   0.20 * std::cos((4.0 * mean_hue - 63.0) * kRadiansPerDegree);
   const double off_middle = (mean_l - 50.0) * (mean_l - 50.0);
   const double sl = 1.0 + 0.015 * off_middle / std::sqrt(20.0 + off_middle);
   const double sc = 1.0 + 0.045 * mean_c;
@@ -100,7 +101,7 @@ double delta_e_2000(const Lab& first, const Lab& second) {
 
   const double blue = (mean_hue - 275.0) / 25.0;
   const double rotation = -2.0 * std::sqrt(pow7(mean_c) / (pow7(mean_c) + pow7(25.0))) *
-                          std::sin(2.0 * 30.0 * std::exp(-blue * blue) * kDegree);
+                          std::sin(2.0 * 30.0 * std::exp(-blue * blue) * kRadiansPerDegree);
 
   const double l = dl / sl;
   const double c = dc / sc;

@@ -18,19 +18,18 @@ constexpr int kLeastRings = 64;
 }  // namespace
 
 EnvironmentTable::EnvironmentTable(const Radiance& radiance) {
-  constexpr double kPi = std::numbers::pi;
   for (int i = 0; i < kLevels; ++i) {
     const float width = kSharpest * std::pow(2.0F, 0.5F * static_cast<float>(i));
-    const int rings =
-        std::clamp(static_cast<int>(4.0 * kPi / double{width}), kLeastRings, kMostRings);
+    const int rings = std::clamp(static_cast<int>(4.0 * std::numbers::pi / double{width}),
+                                 kLeastRings, kMostRings);
     Level level{width, rings, {}};
     level.entries.resize(static_cast<std::size_t>(rings) * kAzimuths);
     parallel::for_each_block(
         0, static_cast<std::size_t>(rings), 4, [&](std::size_t from, std::size_t to) {
           for (std::size_t ring = from; ring < to; ++ring) {
-            const double theta = (static_cast<double>(ring) + 0.5) / rings * kPi;
+            const double theta = (static_cast<double>(ring) + 0.5) / rings * std::numbers::pi;
             for (int a = 0; a < kAzimuths; ++a) {
-              const double phi = 2.0 * kPi * a / kAzimuths;
+              const double phi = 2.0 * std::numbers::pi * a / kAzimuths;
               const Eigen::Vector3d direction(std::sin(theta) * std::cos(phi),
                                               std::sin(theta) * std::sin(phi), std::cos(theta));
               level.entries[ring * kAzimuths + static_cast<std::size_t>(a)]

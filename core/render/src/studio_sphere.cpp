@@ -18,7 +18,6 @@
 namespace gonio::render {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kProbes = 180;  // of the importance over theta_h
 constexpr int kStrata = 48;   // of theta_h
 constexpr int kLeastTurns = 12;
@@ -27,7 +26,7 @@ constexpr double kEvenShare = 0.45;
 constexpr double kGoldenTurn = 0.618033988749895;
 
 /// theta_h in the square-root spaced coordinate the lattice uses: fine where lobes are.
-double theta_h_of(double u) { return u * u * kPi / 2.0; }
+double theta_h_of(double u) { return u * u * std::numbers::pi / 2.0; }
 
 /// Stratum limits in u, 0 to 1: half even, half by how much the models reflect there.
 std::vector<double> strata_of(std::span<const brdf::BrdfModel* const> models) {
@@ -91,15 +90,15 @@ std::vector<HalfSample> half_samples(const std::vector<double>& limits) {
     // The middle by area, so that rings around the pole are not biased outwards.
     const double cosine = 0.5 * (std::cos(from) + std::cos(to));
     const double sine = std::sqrt(std::max(0.0, 1.0 - cosine * cosine));
-    const int turns =
-        std::clamp(static_cast<int>(std::lround(2.0 * kPi * sine / (1.4 * (to - from)))),
-                   kLeastTurns, kMostTurns);
+    const int turns = std::clamp(
+        static_cast<int>(std::lround(2.0 * std::numbers::pi * sine / (1.4 * (to - from)))),
+        kLeastTurns, kMostTurns);
     const double shift = std::fmod(kGoldenTurn * static_cast<double>(s), 1.0);
     const double cap = 2.0 * std::sin(0.5 * (to + from)) * std::sin(0.5 * (to - from));
     for (int t = 0; t < turns; ++t) {
-      const double phi = 2.0 * kPi * (t + shift) / turns;
-      samples.push_back(
-          {{sine * std::cos(phi), sine * std::sin(phi), cosine}, 2.0 * kPi * cap / turns});
+      const double phi = 2.0 * std::numbers::pi * (t + shift) / turns;
+      samples.push_back({{sine * std::cos(phi), sine * std::sin(phi), cosine},
+                         2.0 * std::numbers::pi * cap / turns});
     }
   }
   return samples;
@@ -141,7 +140,8 @@ RingReflections reflections_at(double radius, std::span<const brdf::BrdfModel* c
       packed.head<3>() = weight.cast<float>();
       ring.weights.push_back(packed);
     }
-    const double turn = std::atan2(wi.y(), wi.x()) / (2.0 * kPi) * EnvironmentTable::kAzimuths;
+    const double turn =
+        std::atan2(wi.y(), wi.x()) / (2.0 * std::numbers::pi) * EnvironmentTable::kAzimuths;
     const int azimuth = static_cast<int>(std::lround(turn) + EnvironmentTable::kAzimuths) %
                         EnvironmentTable::kAzimuths;
     const auto theta = static_cast<float>(std::acos(std::clamp(wi.z(), -1.0, 1.0)));
@@ -175,7 +175,8 @@ std::vector<std::vector<Eigen::Array4f>> radiance_along(const RingReflections& r
 /// As fine as the pixels along the ring ask for.
 int stride_at(double radius_px) {
   int stride = 1;
-  while (stride < 16 && EnvironmentTable::kAzimuths / (2 * stride) > 1.6 * 2.0 * kPi * radius_px) {
+  while (stride < 16 &&
+         EnvironmentTable::kAzimuths / (2 * stride) > 1.6 * 2.0 * std::numbers::pi * radius_px) {
     stride *= 2;
   }
   return stride;
@@ -222,7 +223,7 @@ void render_studio(std::span<const brdf::BrdfModel* const> models, const SphereL
         const auto low = static_cast<std::size_t>(position);
         const std::size_t high = std::min(low + 1, rings - 1);
         const auto share = static_cast<float>(position - static_cast<double>(low));
-        double turn = std::atan2(p.y(), p.x()) / (2.0 * kPi);
+        double turn = std::atan2(p.y(), p.x()) / (2.0 * std::numbers::pi);
         if (turn < 0.0) turn += 1.0;
         for (std::size_t m = 0; m < models.size(); ++m) {
           const Eigen::Array4f value =

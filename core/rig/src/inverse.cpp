@@ -9,24 +9,25 @@
 #include "tolerance.h"
 
 namespace gonio::rig {
+
+/// One way of realising a direction.
+struct InverseCandidate {
+  Branch branch;
+  bool mirrored;
+};
+
 namespace {
 
 // Exactly an LA-2 but for rounding in how it was written down.
 constexpr Angle kIdealAngle = Angle::from_radians(1e-13);
 constexpr double kIdealLength_mm = 1e-9;
 
-/// One way of realising a direction.
-struct Candidate {
-  Branch branch;
-  bool mirrored;
-};
-
-bool exchanged(const Candidate& candidate) {
+bool exchanged(const InverseCandidate& candidate) {
   return candidate.branch == Branch::C || candidate.branch == Branch::D;
 }
 
-std::vector<Candidate> candidates_of(const BranchSet& branches) {
-  std::vector<Candidate> candidates;
+std::vector<InverseCandidate> candidates_of(const BranchSet& branches) {
+  std::vector<InverseCandidate> candidates;
   for (const bool mirrored : {false, true}) {
     if (mirrored && !branches.bilateral) break;
     candidates.push_back({Branch::A, mirrored});
@@ -58,7 +59,7 @@ void check_range(const brdf::HalfDiff& direction) {
 struct Inverse::State {
   RigDescription rig;
   BranchSet branches;
-  std::vector<Candidate> candidates;
+  std::vector<InverseCandidate> candidates;
   DirectionChecks checks;
   std::optional<La2Layout> ideal;
   PoseSearch search;
@@ -83,7 +84,7 @@ struct Inverse::State {
 
 Reach Inverse::State::solve_in_closed_form(const brdf::HalfDiff& direction) const {
   Reach reach;
-  for (const Candidate& candidate : candidates) {
+  for (const InverseCandidate& candidate : candidates) {
     std::optional<Refusal> refusal;
     Joints joints;
     if (const auto reason = checks.refusal_reason(direction, exchanged(candidate))) {
@@ -141,7 +142,7 @@ Reach Inverse::solve(const brdf::HalfDiff& direction) const {
 std::optional<Reason> Inverse::refusal_reason(const brdf::HalfDiff& direction) const {
   check_range(direction);
   std::optional<Reason> first;
-  for (const Candidate& candidate : state_->candidates) {
+  for (const InverseCandidate& candidate : state_->candidates) {
     auto reason = state_->checks.refusal_reason(direction, exchanged(candidate));
     if (!reason && closed_form()) {
       reason = joints_refusal_reason(

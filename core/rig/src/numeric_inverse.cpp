@@ -10,8 +10,8 @@ namespace gonio::rig {
 namespace {
 
 constexpr int kMaxIterations = 80;
-constexpr double kRounding = 1e-15;  // residual of unit vectors that cannot be improved
-constexpr double kMaxStep = 0.5;     // rad: beyond it the linear model means nothing
+constexpr double kResidualFloor = 1e-15;  // residual of unit vectors that cannot be improved
+constexpr double kMaxStep = 0.5;          // rad: beyond it the linear model means nothing
 constexpr double kFirstDamping = 1e-3;
 constexpr double kMinDamping = 1e-14;
 constexpr double kMaxDamping = 1e8;
@@ -106,7 +106,7 @@ NumericSolution descend(const RigDescription& rig, const brdf::DirectionPair& ta
   double psi = best_turn(nominal_directions(rig, joints), target).radians();
   Residual r = residual_of(nominal_directions(rig, joints), psi, target);
   double damping = kFirstDamping;
-  for (int i = 0; i < kMaxIterations && r.norm() > kRounding && damping < kMaxDamping; ++i) {
+  for (int i = 0; i < kMaxIterations && r.norm() > kResidualFloor && damping < kMaxDamping; ++i) {
     const Eigen::MatrixXd jacobian = jacobian_of(direction_jacobian(rig, joints), psi);
     const Eigen::VectorXd turns = turns_per_radian(rig, jacobian);
     // Steps that make it worse cost only residuals, not another Jacobian.

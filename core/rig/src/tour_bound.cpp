@@ -13,7 +13,8 @@ constexpr int kMinRounds = 60;
 constexpr int kMaxRounds = 3000;
 constexpr double kFirstStep = 2.0;  // Polyak's factor
 constexpr double kLastStep = 1e-4;
-constexpr double kRounding = 1e-12;  // of the sums: the bound must not exceed a tour that meets it
+constexpr double kBoundRounding =
+    1e-12;  // of the sums: the bound must not exceed a tour that meets it
 
 /// Least costs between the start (0) and the stops (1..n), as a full matrix.
 std::vector<double> distances_of(const TourProblem& problem) {
@@ -107,7 +108,7 @@ double tour_lower_bound(const TourProblem& problem, double reachable_s) {
       last_excess[k] = excess;
     }
   }
-  return best * (1.0 - kRounding);
+  return best * (1.0 - kBoundRounding);
 }
 
 }  // namespace gonio::rig

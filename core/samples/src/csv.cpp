@@ -19,12 +19,6 @@ constexpr std::size_t kMaxQuotedBytes = 40;  // of a bad cell in an error line
 
 std::string line_place(int line) { return "line " + std::to_string(line); }
 
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) return {};
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
 /// A bad cell as it may stand in a one-line message.
 std::string as_found(std::string_view text) {
   if (text.empty()) return "an empty cell";
@@ -78,6 +72,12 @@ std::vector<std::string> split(const std::filesystem::path& path, int line, std:
 }
 
 }  // namespace
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
 
 CsvReader::CsvReader(const std::filesystem::path& path)
     : path_(path), text_(files::read_text_file(path)) {

@@ -114,12 +114,6 @@ Sample sample_of(const CsvReader& reader, const CsvRow& row, const Layout& layou
   return sample;
 }
 
-std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
-  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
-  return text;
-}
-
 /// The value of a `radiometric_scale = value` comment, if it is one.
 std::optional<std::string_view> scale_value(std::string_view comment) {
   if (comment.substr(0, kScaleKey.size()) != kScaleKey) return std::nullopt;

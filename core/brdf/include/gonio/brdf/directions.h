@@ -51,4 +51,8 @@ PolarCosines polar_cosines(Angle theta_h, Angle theta_d, Angle phi_d);
 /// True when both directions lie above the horizon: |cos phi_d| tan theta_h tan theta_d < 1.
 bool above_horizon(Angle theta_h, Angle theta_d, Angle phi_d);
 
+/// `direction` with one of its angles moved by `by`, theta_h and theta_d kept within [0, 90]
+/// degrees. Where that would lie below the horizon, `direction` itself.
+HalfDiff moved(const HalfDiff& direction, Angle HalfDiff::*angle, Angle by);
+
 }  // namespace gonio::brdf

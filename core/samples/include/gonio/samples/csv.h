@@ -11,6 +11,9 @@
 
 namespace gonio::samples {
 
+/// `text` without the spaces and tabs at its ends.
+std::string_view trimmed(std::string_view text);
+
 /// One line of a CSV file, cells without surrounding blanks and quotes.
 struct CsvRow {
   int line = 0;  ///< 1-based line in the file

@@ -26,4 +26,9 @@ class Clock {
   Clock() = default;
 };
 
+/// A time or a duration in seconds.
+inline double to_seconds(Clock::Duration time) {
+  return std::chrono::duration<double>(time).count();
+}
+
 }  // namespace gonio::devices
