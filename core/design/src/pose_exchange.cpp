@@ -1,6 +1,7 @@
 #include "gonio/design/pose_exchange.h"
 
 #include <algorithm>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -13,6 +14,10 @@ namespace {
 // How the time splits between the starts, all candidates and the refinement, for progress shown.
 constexpr double kPoseStartShare = 0.4;
 constexpr double kAllShare = 0.5;
+// The best starts move this far among their neighbours before the best of them see all candidates:
+// many then end in the same place, and a scan of all candidates costs a hundred times as much.
+constexpr std::size_t kMovedStarts = 4;
+constexpr double kMoveStep_deg = 2.0;
 // Positions to either side of a chosen pose, and how often the neighbourhood may move along.
 constexpr int kRefineReach = 3;
 constexpr int kRefineRounds = 4;
@@ -96,6 +101,26 @@ PoseDesign choose_poses(const basis::Basis& basis, const Eigen::MatrixXd& import
     break;
   }
 
+  const auto move = [&](PoseTrial& trial, double step_deg,
+                        const std::function<void(double share, double value)>& moved) {
+    for (int round = 0; candidates.allowed && round < kRefineRounds; ++round) {
+      if (stop.stop_requested()) return;
+      const int before = trial.exchanges;
+      PosePool pool(rows, neighbours(trial.members, step_deg, candidates.allowed), patch,
+                    importance, options, candidates.accept);
+      pool.exchange(trial, stop, [&](std::size_t tried, double value) {
+        moved((round + share_of(tried)) / kRefineRounds, value);
+      });
+      if (trial.exchanges == before) return;
+    }
+  };
+
+  if (wanted < candidates.poses.size()) {
+    keep_best(trials, std::max(kMovedStarts, static_cast<std::size_t>(options.polished)));
+    for (PoseTrial& trial : trials) {
+      move(trial, kMoveStep_deg, [&](double, double value) { tell(kPoseStartShare, value); });
+    }
+  }
   keep_best(trials, static_cast<std::size_t>(options.polished));
   if (wanted < candidates.poses.size() && !stop.stop_requested()) {
     PosePool pool(rows, candidates.poses, patch, importance, options, candidates.accept);
@@ -110,18 +135,10 @@ PoseDesign choose_poses(const basis::Basis& basis, const Eigen::MatrixXd& import
   keep_best(trials, 1);
   PoseTrial& chosen = trials.front();
 
-  if (candidates.allowed && options.refine_step_deg > 0.0) {
-    for (int round = 0; round < kRefineRounds && !stop.stop_requested(); ++round) {
-      const int before = chosen.exchanges;
-      PosePool pool(rows, neighbours(chosen.members, options.refine_step_deg, candidates.allowed),
-                    patch, importance, options, candidates.accept);
-      pool.exchange(chosen, stop, [&](std::size_t tried, double value) {
-        tell(kPoseStartShare + kAllShare +
-                 (1.0 - kPoseStartShare - kAllShare) * (round + share_of(tried)) / kRefineRounds,
-             value);
-      });
-      if (chosen.exchanges == before) break;
-    }
+  if (options.refine_step_deg > 0.0) {
+    move(chosen, options.refine_step_deg, [&](double share, double value) {
+      tell(kPoseStartShare + kAllShare + (1.0 - kPoseStartShare - kAllShare) * share, value);
+    });
   }
 
   for (const PoseMember& member : chosen.members) design.poses.push_back(member.pose);

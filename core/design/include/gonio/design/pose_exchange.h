@@ -33,7 +33,7 @@ struct PoseDesignOptions {
   PoseNoise noise;
   int starts = 12;  ///< >= 1; the first is greedy, the others begin at random
   std::size_t start_candidates = 1 << 12;  ///< the starts search an even selection this large
-  int polished = 2;                        ///< how many of them go on over all poses
+  int polished = 1;                        ///< how many of them go on over all poses
   double refine_step_deg = 0.5;            ///< between the grid's poses; 0: not refined
   std::uint64_t seed = 1;
 
@@ -53,7 +53,8 @@ struct PoseDesign {
 /// Chooses poses by what their patches of directions tell together: minimises expected_error(),
 /// tr(K M) with M = (1 + sum_b A_b^T A_b)^-1. Greedy and random starts on an even selection of the
 /// candidates, each exchanged (drop one, take the best in its place) until no exchange helps; the
-/// best of them again over all; last, over finer positions around each chosen one.
+/// best of them again among their neighbours, the best of these over all candidates; last, over
+/// finer positions around each chosen one.
 ///
 /// `importance`  k x k, positive semidefinite: importance_matrix(), or any other Gram matrix of
 ///               what an error of the coefficients costs.
