@@ -13,6 +13,7 @@ constexpr char kAttributeKind[] = "file_kind";
 constexpr char kAttributeVersion[] = "format_version";
 constexpr char kAttributeConvention[] = "lattice_convention";
 constexpr char kAttributeScale[] = "radiometric_scale";
+constexpr char kAttributeRows[] = "training_rows";
 constexpr char kAttributeEpsilon[] = "mapping_epsilon";
 constexpr char kAttributeFloor[] = "mapping_cosine_floor";
 

@@ -22,7 +22,10 @@ class Hdf5Writer {
  public:
   explicit Hdf5Writer(files::AtomicFile& file) : target_(file.target()), file_(create(file)) {}
 
-  void attribute(const char* name, const char* text) { write_attribute(name, text_type(), &text); }
+  /// Not of variable length: those lie in a heap that carries no checksum.
+  void attribute(const char* name, const std::string& text) {
+    write_attribute(name, fixed_text_type(std::max<std::size_t>(text.size(), 1)), text.c_str());
+  }
   void attribute(const char* name, double value) {
     write_attribute(name, H5Handle(H5Tcopy(H5T_IEEE_F64LE), H5Tclose), &value);
   }
@@ -62,8 +65,13 @@ class Hdf5Writer {
     const H5Handle access(check(H5Pcreate(H5P_FILE_ACCESS), "access"), H5Pclose);
     // Large data sets start on a page, so that they can be mapped or read around the cache.
     check(H5Pset_alignment(access.get(), 1 << 20, 4096), "alignment");
+    // The format of 1.8 has a checksum on every block of metadata; damage to that of 1.6, which is
+    // the default, can send the library into a loop without end.
+    check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V110), "format");
+    const H5Handle creation(check(H5Pcreate(H5P_FILE_CREATE), "creation"), H5Pclose);
+    check(H5Pset_obj_track_times(creation.get(), false), "times");  // of the root group
     return {
-        check(H5Fcreate(file.temporary_path().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()),
+        check(H5Fcreate(file.temporary_path().c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
               "the file"),
         H5Fclose};
   }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "basis_checks.h"
 #include "basis_schema.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/errors/errors.h"
@@ -30,9 +31,10 @@ class Reader {
   std::string text_attribute(const char* name) const {
     const H5Handle attribute = open_attribute(name);
     const H5Handle type(H5Aget_type(attribute.get()), H5Tclose);
-    if (H5Tget_class(type.get()) != H5T_STRING || H5Tis_variable_str(type.get()) <= 0) {
-      fail(name, "attribute is not a string of variable length");
-    }
+    if (H5Tget_class(type.get()) != H5T_STRING) fail(name, "attribute is not a text");
+    const htri_t variable = H5Tis_variable_str(type.get());
+    if (variable <= 0) return fixed_text(name, attribute, H5Tget_size(type.get()));
+    // Of an earlier gonio or another program.
     char* raw = nullptr;
     const H5Handle memory = detail::text_type();
     H5Tset_cset(memory.get(), H5Tget_cset(type.get()));
@@ -166,6 +168,20 @@ class Reader {
       throw DataFormatError(path, "file", "not a readable HDF5 file, expected a gonio basis");
     }
     return file;
+  }
+
+  std::string fixed_text(const char* name, const H5Handle& attribute, std::size_t width) const {
+    if (width > schema::kLongestText) {
+      fail(name, "found a text of " + std::to_string(width) + " bytes, expected at most " +
+                     std::to_string(schema::kLongestText));
+    }
+    std::string text(width, '\0');
+    const H5Handle stored(H5Aget_type(attribute.get()), H5Tclose);
+    if (H5Aread(attribute.get(), stored.get(), text.data()) < 0) {
+      fail(name, "attribute cannot be read");
+    }
+    text.erase(std::min(text.find('\0'), width));
+    return text;
   }
 
   H5Handle open_attribute(const char* name) const {
@@ -325,6 +341,11 @@ Basis read_checked(const Reader& reader) {
   basis.scale = read_scale(reader);
   basis.materials = read_materials(reader);
   const std::size_t rows = 3 * basis.materials.size();
+  const int claimed = reader.number_attribute<int>(schema::kAttributeRows);
+  if (claimed != basis.row_count()) {
+    reader.fail(schema::kAttributeRows, "found " + std::to_string(claimed) + ", expected " +
+                                            std::to_string(rows) + ", three for each material");
+  }
 
   const std::vector<std::uint32_t>& cells = brdf::lattice::cells_above_horizon();
   const std::size_t p = cells.size();
@@ -366,6 +387,9 @@ Basis read_checked(const Reader& reader) {
   const auto leading = basis.singular_values.head(static_cast<Eigen::Index>(k)).array();
   if (!basis.singular_values.allFinite() || !(leading > 0.0).all()) {
     reader.fail(schema::kSingularValues, "are not all finite, or not positive where used");
+  }
+  if (const auto found = detail::contradiction_in(basis)) {
+    reader.fail(found->data_set, found->message);
   }
   return basis;
 }

@@ -67,11 +67,11 @@ void write_uncertainty(const std::filesystem::path& path, const Basis& basis, co
                      "columns R, G, B: the true value lies between lower_95 and upper_95 with a "
                      "probability of 95 %, between lower_68 and upper_68 with 68 %");
     writer.attribute("unit", "1/sr");
-    writer.attribute("brdf_sha256", brdf_sha256.c_str());
+    writer.attribute("brdf_sha256", brdf_sha256);
     writer.attribute(schema::kAttributeConvention,
-                     std::string(to_string(brdf::IndexConvention::bin_centre)).c_str());
+                     std::string(to_string(brdf::IndexConvention::bin_centre)));
     writer.attribute("cell_number", "phi_d + 180 (theta_d + 90 theta_h), indices of the lattice");
-    writer.attribute(schema::kAttributeScale, std::string(to_string(basis.scale)).c_str());
+    writer.attribute(schema::kAttributeScale, std::string(to_string(basis.scale)));
     writer.attribute("mapping",
                      "log_sigma is the standard deviation of ln(f w + mapping_epsilon), "
                      "w = clip(cos theta_i cos theta_o, mapping_cosine_floor, 1)");

@@ -46,6 +46,9 @@ std::uintmax_t file_bytes(const Basis& basis) {
 
 std::mutex& schema::library_mutex() {
   static std::mutex mutex;
+  // Every file is closed here. What HDF5 itself leaves open of a damaged file it would otherwise
+  // complain about on standard error when the program ends.
+  [[maybe_unused]] static const herr_t once = H5dont_atexit();
   return mutex;
 }
 
@@ -71,10 +74,10 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
     writer.attribute(schema::kAttributeEpsilon, basis.mapping.epsilon);
     writer.attribute(schema::kAttributeFloor, basis.mapping.cosine_floor);
     writer.attribute(schema::kAttributeConvention,
-                     std::string(to_string(brdf::IndexConvention::bin_centre)).c_str());
+                     std::string(to_string(brdf::IndexConvention::bin_centre)));
     writer.attribute("cell_number", "phi_d + 180 (theta_d + 90 theta_h), indices of the lattice");
-    writer.attribute(schema::kAttributeScale, std::string(to_string(basis.scale)).c_str());
-    writer.attribute("training_rows", basis.row_count());
+    writer.attribute(schema::kAttributeScale, std::string(to_string(basis.scale)));
+    writer.attribute(schema::kAttributeRows, basis.row_count());
     writer.attribute("prior", "c ~ N(0, I/training_rows)");
     writer.attribute("eta_rule", "eta = training_rows sigma^2, sigma in the mapped domain");
 

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <random>
 
+#include "gonio/basis/basis_file.h"
+#include "gonio/errors/errors.h"
+
 namespace gonio::basis::test {
 
 brdf::Rgb Lobe::evaluate_visible(const brdf::ShadingGeometry& geometry) const {
@@ -57,6 +60,21 @@ samples::SampleSet sample(const brdf::BrdfModel& model,
     set.samples.push_back(made);
   }
   return set;
+}
+
+Basis small_basis() {
+  return train(training_set(), training_gram(), std::vector<std::size_t>{0, 1, 3}, 3);
+}
+
+std::string refusal(const std::filesystem::path& path) {
+  try {
+    read_basis(path);
+  } catch (const DataFormatError& error) {
+    return error.what();
+  } catch (const std::exception& error) {
+    return std::string("another exception: ") + error.what();
+  }
+  return "accepted";
 }
 
 }  // namespace gonio::basis::test

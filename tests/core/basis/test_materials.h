@@ -44,4 +44,10 @@ brdf::HalfDiff bin_centre(int theta_h, int theta_d, int phi_d);
 samples::SampleSet sample(const brdf::BrdfModel& model,
                           const std::vector<brdf::HalfDiff>& directions);
 
+/// Three materials of training_set(), three components.
+Basis small_basis();
+
+/// What read_basis() says of a file it finds fault with; "accepted" when there is none.
+std::string refusal(const std::filesystem::path& path);
+
 }  // namespace gonio::basis::test

@@ -20,8 +20,9 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
 /// and the size of the file before anything is allocated, links out of the file are refused.
 ///
 /// Throws   FileError when it cannot be opened; DataFormatError: not HDF5, a missing or wrongly
-///          shaped data set, non-finite values, another lattice convention, an unknown scale or
-///          version.
+///          shaped data set, non-finite values, parts that contradict each other (components whose
+///          lengths are not the singular values), another lattice convention, an unknown scale
+///          or version.
 /// Threads  As above.
 Basis read_basis(const std::filesystem::path& path);
 
