@@ -144,6 +144,11 @@ TrainingSet::Mapped TrainingSet::map(const BrdfTable& table) const {
                                 std::to_string(cells.size()) +
                                 " cells above the horizon have no value, at most a fifth may");
   }
+  // Black throughout has no shape to learn; where the logarithm rounds is no light either.
+  const float black = static_cast<float>(std::log(mapping_.epsilon)) + 1e-5f;
+  if (std::none_of(mapped.rows.begin(), mapped.rows.end(), [&](float x) { return x > black; })) {
+    throw std::invalid_argument("no cell above the horizon has a value above 0");
+  }
   return mapped;
 }
 

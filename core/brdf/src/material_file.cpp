@@ -1,6 +1,8 @@
 #include "gonio/brdf/material_file.h"
 
+#include <algorithm>
 #include <array>
+#include <sstream>
 #include <stdexcept>
 #include <vector>
 
@@ -20,6 +22,27 @@ ScatteredBrdf scattered(const std::filesystem::path& path, Symmetry symmetry) {
   } catch (const std::invalid_argument& error) {
     throw DataFormatError(path, "as scattered samples", error.what());
   }
+}
+
+/// The sharpest networks of the databases reach 5e6; a lobe of a thousandth of a degree has 1e9.
+constexpr double kLargestBrdf_per_sr = 1e9;
+
+/// The table, unless nothing can be learned from it.
+BrdfTable usable(const std::filesystem::path& path, const char* place, BrdfTable table) {
+  double largest = 0.0;
+  for (const std::uint32_t cell : lattice::cells_above_horizon(table.convention())) {
+    if (table.valid(cell)) largest = std::max(largest, table.value(cell).maxCoeff());
+  }
+  if (!(largest > 0.0)) {
+    throw DataFormatError(path, place,
+                          "found no value above 0 above the horizon, expected at least one");
+  }
+  if (largest > kLargestBrdf_per_sr) {
+    std::ostringstream found;
+    found << "found " << largest << " 1/sr, expected at most " << kLargestBrdf_per_sr;
+    throw DataFormatError(path, place, found.str());
+  }
+  return table;
 }
 
 }  // namespace
@@ -57,13 +80,14 @@ RadiometricScale material_scale(const std::filesystem::path& path) {
 BrdfTable read_material(const std::filesystem::path& path) {
   switch (material_format(path)) {
     case MaterialFormat::rgl:
-      return tabulate(RglBrdf(read_rgl(path)), RadiometricScale::si);
+      return usable(path, "field rgb", tabulate(RglBrdf(read_rgl(path)), RadiometricScale::si));
     case MaterialFormat::cornell:
-      return tabulate_covered(scattered(path, Symmetry::reciprocal), RadiometricScale::si);
+      return usable(path, "as scattered samples",
+                    tabulate_covered(scattered(path, Symmetry::reciprocal), RadiometricScale::si));
     case MaterialFormat::merl:
       break;
   }
-  return read_merl(path);
+  return usable(path, "values", read_merl(path));
 }
 
 std::optional<ConventionReport> check_file_conventions(const std::filesystem::path& path) {

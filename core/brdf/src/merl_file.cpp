@@ -164,6 +164,13 @@ BrdfTable read_merl(const std::filesystem::path& path) {
   return table;
 }
 
+std::string merl_sha256(const BrdfTable& table) {
+  files::Sha256 hash;
+  hash.update(std::as_bytes(std::span(kHeader)));
+  hash.update(std::as_bytes(std::span(table.stored_planes())));
+  return hash.finish();
+}
+
 void write_merl(const std::filesystem::path& path, const BrdfTable& table,
                 files::Overwrite overwrite, std::string_view provenance_json) {
   const std::span<const double> stored(table.stored_planes());
@@ -175,11 +182,8 @@ void write_merl(const std::filesystem::path& path, const BrdfTable& table,
     throw std::invalid_argument("write_merl: the table has no valid cell above the horizon");
   }
   const auto header_bytes = std::as_bytes(std::span(kHeader));
-  files::Sha256 hash;
-  hash.update(header_bytes);
-  hash.update(std::as_bytes(stored));
   const std::string sidecar = sidecar_text(
-      {table.convention(), table.scale(), hash.finish(), std::string(provenance_json)});
+      {table.convention(), table.scale(), merl_sha256(table), std::string(provenance_json)});
 
   files::AtomicFile binary_file(path, overwrite);
   const std::filesystem::path sidecar_path = merl_sidecar_path(path);

@@ -15,6 +15,9 @@ namespace {
 /// Single precision cannot hold pi/2 exactly; files say 89.99999 or 90.000003 deg.
 constexpr float kMostTheta = static_cast<float>(std::numbers::pi / 2.0) + 1e-5f;
 
+/// No table of a material comes near; beyond it products leave single precision.
+constexpr float kLargestTabulated = 1e12f;
+
 void require(bool fine, const char* field, const std::string& message) {
   if (!fine) throw std::invalid_argument(std::string(field) + ": " + message);
 }
@@ -32,6 +35,11 @@ void check_grid(const RglTables::Grid& grid, const char* name, std::size_t plane
   require(std::all_of(grid.values.begin(), grid.values.end(),
                       [](float value) { return std::isfinite(value); }),
           name, "found a value that is not finite");
+  const auto large = std::find_if(grid.values.begin(), grid.values.end(),
+                                  [](float value) { return std::abs(value) > kLargestTabulated; });
+  if (large != grid.values.end()) {
+    require(false, name, "found " + std::to_string(*large) + ", expected at most 1e12 in size");
+  }
 }
 
 void check(const RglTables& tables) {
@@ -54,6 +62,9 @@ void check(const RglTables& tables) {
   };
   require(smallest(tables.ndf) >= 0.0f, "ndf", "found a negative value");
   require(smallest(tables.sigma) > 0.0f, "sigma", "found a value that is not above 0");
+  require(std::any_of(tables.rgb.values.begin(), tables.rgb.values.end(),
+                      [](float value) { return value > 0.0f; }),
+          "rgb", "found no value above 0, expected at least one");
 }
 
 BilinearWarp warp_of(RglTables::Grid&& vndf, std::size_t slices) {

@@ -20,6 +20,9 @@ inline constexpr std::string_view kPoseColumn = "pose";
 inline constexpr std::string_view kSpotColumn = "spot";
 inline constexpr std::string_view kFlagsColumn = "flags";
 
+/// In 1/sr, of values and uncertainties: far above any mirror's, and its squares still add up.
+inline constexpr double kLargest_per_sr = 1e12;
+
 /// The three angles of a row, range-checked. `columns` tells where they stand.
 brdf::HalfDiff direction_of(const CsvReader& reader, const CsvRow& row,
                             const std::array<std::size_t, 3>& columns);

@@ -12,7 +12,6 @@ namespace {
 
 using Triple = std::array<std::size_t, 3>;
 
-constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr std::string_view kScaleKey = "radiometric_scale";
 
 /// All three columns or none: a lone sigma_r is a mistake, not a column to skip.
@@ -79,7 +78,7 @@ Layout layout_of(const CsvReader& reader) {
 brdf::Rgb rgb_of(const CsvReader& reader, const CsvRow& row, const Triple& columns, double min) {
   brdf::Rgb rgb;
   for (Eigen::Index i = 0; i < 3; ++i) {
-    rgb[i] = reader.number_within(row, columns[static_cast<std::size_t>(i)], min, kUnbounded);
+    rgb[i] = reader.number_within(row, columns[static_cast<std::size_t>(i)], min, kLargest_per_sr);
   }
   return rgb;
 }
@@ -92,7 +91,7 @@ Sample sample_of(const CsvReader& reader, const CsvRow& row, const Layout& layou
   Sample sample;
   sample.direction = direction_of(reader, row, layout.direction);
   refuse_below_horizon(reader, row, layout.direction, sample.direction);
-  sample.value_per_sr = rgb_of(reader, row, layout.value, -kUnbounded);
+  sample.value_per_sr = rgb_of(reader, row, layout.value, -kLargest_per_sr);
   if (layout.sigma) sample.sigma_per_sr = rgb_of(reader, row, *layout.sigma, 0.0);
   if (layout.common) sample.u_common_per_sr = rgb_of(reader, row, *layout.common, 0.0);
   if (layout.angle) {

@@ -32,7 +32,9 @@ Used used_by(const std::vector<Sample>& samples) {
   return used;
 }
 
-bool non_negative(const brdf::Rgb& rgb) { return rgb.isFinite().all() && (rgb >= 0.0).all(); }
+bool is_uncertainty(const brdf::Rgb& rgb) {
+  return (rgb >= 0.0).all() && (rgb <= kLargest_per_sr).all();
+}
 
 bool within(Angle angle, double min_deg, double max_deg) {
   return angle >= Angle::from_degrees(min_deg) && angle <= Angle::from_degrees(max_deg);
@@ -48,8 +50,9 @@ std::string fault_of(const Sample& s, std::size_t extra_columns) {
     return "direction below the horizon";
   }
   if (!s.value_per_sr.isFinite().all()) return "value is not finite";
-  if (!non_negative(s.sigma_per_sr)) return "sigma is negative or not finite";
-  if (!non_negative(s.u_common_per_sr)) return "u_common is negative or not finite";
+  if ((s.value_per_sr.abs() > kLargest_per_sr).any()) return "value is beyond 1e12 1/sr";
+  if (!is_uncertainty(s.sigma_per_sr)) return "sigma is negative or not within 1e12 1/sr";
+  if (!is_uncertainty(s.u_common_per_sr)) return "u_common is negative or not within 1e12 1/sr";
   for (const Angle u : {s.u_theta_h, s.u_theta_d, s.u_phi_d, s.kernel}) {
     if (!within(u, 0.0, 360.0)) return "angle uncertainty or kernel is negative or too large";
   }

@@ -122,6 +122,18 @@ TEST(TrainingSet, RefusesAMaterialWithMoreThanAFifthMissingAndStaysAsItWas) {
   EXPECT_EQ(set.material_count(), 0u);
 }
 
+TEST(TrainingSet, RefusesAMaterialThatIsBlackThroughout) {
+  brdf::BrdfTable table = table_of_first_material();
+  for (const std::uint32_t cell : test::training_set().cells()) {
+    table.set_value(cell, brdf::Rgb::Zero());
+  }
+  TrainingSet set(RadiometricScale::si);
+  EXPECT_THAT(message_of([&] {
+                set.add({"black", "", ""}, table);
+              }),
+              HasSubstr("no cell above the horizon has a value above 0"));
+}
+
 TEST(TrainingSet, RefusesWhatDoesNotBelongToIt) {
   TrainingSet set(RadiometricScale::si);
   set.add({"a", "", ""}, test::material(0));

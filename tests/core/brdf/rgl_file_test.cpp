@@ -181,11 +181,12 @@ TEST(RglFile, IsReciprocalAsABrdf) {
 }
 
 TEST(RglFile, TakesNegativeNoiseAsBlackAndIsBlackBelowTheHorizon) {
-  const RglBrdf brdf =
-      read_back(plain_file([](std::size_t, std::size_t, double, double) { return -0.01f; }));
+  const RglBrdf brdf = read_back(plain_file([](std::size_t, std::size_t channel, double, double) {
+    return channel == 2 ? 0.1f : -0.01f;
+  }));
   const DirectionPair pair{direction(Angle::from_degrees(20.0), Angle()),
                            direction(Angle::from_degrees(30.0), Angle())};
-  EXPECT_EQ(brdf.evaluate(pair).maxCoeff(), 0.0);
+  EXPECT_EQ(brdf.evaluate(pair).head(2).maxCoeff(), 0.0);
   const RglBrdf white = read_back(constant_file());
   EXPECT_EQ(white.evaluate({pair.wi, -pair.wo}).maxCoeff(), 0.0);
   EXPECT_GT(white.evaluate(pair).minCoeff(), 0.0);
@@ -283,6 +284,11 @@ TEST_F(BrokenRglFile, IsRefusedForItsTables) {
               HasSubstr("field vndf: slice 1 is zero everywhere"));
   black.assign(kAngles * 4, -1.0f);
   EXPECT_THAT(refusal_of(with("vndf", {1, kAngles, 2, 2}, black)), HasSubstr("negative density"));
+  EXPECT_THAT(refusal_of(with("ndf", {2, 2}, {1, 3e38f, 1, 1})),
+              HasSubstr("expected at most 1e12 in size"));
+  const std::vector<float> dark(3 * kAngles * 4, -1.0f);
+  EXPECT_THAT(refusal_of(with("rgb", {1, kAngles, 3, 2, 2}, dark)),
+              HasSubstr("field rgb: found no value above 0"));
   TensorBytes spectral = constant_file();
   spectral.field("rgb").name = "spectra";
   EXPECT_THAT(refusal_of(spectral.str()), HasSubstr("this is a spectral file"));

@@ -71,6 +71,15 @@ TEST_F(ReadSamples, WarnsWhenTheScaleIsNotSaid) {
   EXPECT_THAT(set.warnings, ElementsAre(HasSubstr("taken as si")));
 }
 
+TEST_F(ReadSamples, RefusesValuesAndSigmasBeyondAnyMaterial) {
+  const std::string header =
+      std::string("# radiometric_scale = si\n") + kHeader + ",sigma_r,sigma_g,sigma_b\n1,2,3,";
+  EXPECT_THAT(fault(header + "4,5,-2e12,1,1,1\n"), HasSubstr("line 3, column b: found '-2e12'"));
+  EXPECT_THAT(fault(header + "4,2e12,6,1,1,1\n"), HasSubstr("line 3, column g: found '2e12'"));
+  EXPECT_THAT(fault(header + "4,5,6,1e300,1,1\n"),
+              HasSubstr("line 3, column sigma_r: found '1e300', expected 0 to 1e+12"));
+}
+
 TEST_F(ReadSamples, RefusesAnUnknownOrContradictoryScale) {
   const std::string rest = std::string(kHeader) + "\n1,2,3,4,5,6\n";
   EXPECT_THAT(fault("# radiometric_scale = furlong\n" + rest),
@@ -108,7 +117,7 @@ TEST_F(ReadSamples, RefusesDirectionsOutOfRangeOrBelowTheHorizon) {
 
 TEST_F(ReadSamples, RefusesNegativeUncertainties) {
   EXPECT_THAT(fault(std::string(kHeader) + ",sigma_r,sigma_g,sigma_b\n1,2,3,4,5,6,.1,-.1,.1\n"),
-              HasSubstr("line 2, column sigma_g: found '-.1', expected at least 0"));
+              HasSubstr("line 2, column sigma_g: found '-.1', expected 0 to 1e+12"));
   EXPECT_THAT(fault(std::string(kHeader) + ",kernel_deg\n1,2,3,4,5,6,-1\n"),
               HasSubstr("column kernel_deg"));
   EXPECT_THAT(fault(std::string(kHeader) + ",pose\n1,2,3,4,5,6,1.5\n"),

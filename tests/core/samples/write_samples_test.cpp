@@ -118,6 +118,10 @@ TEST_F(WriteSamples, RefusesWhatCouldNotBeReadBack) {
               HasSubstr("sample 0: value is not finite"));
   EXPECT_THAT(fault([](SampleSet& s) { s.samples[0].sigma_per_sr[0] = -1.0; }),
               HasSubstr("sigma is negative"));
+  EXPECT_THAT(fault([](SampleSet& s) { s.samples[0].value_per_sr[0] = -2e12; }),
+              HasSubstr("value is beyond 1e12 1/sr"));
+  EXPECT_THAT(fault([](SampleSet& s) { s.samples[0].u_common_per_sr[0] = 2e12; }),
+              HasSubstr("u_common is negative or not within 1e12"));
   EXPECT_THAT(fault([](SampleSet& s) { s.samples[0].direction.theta_d = Angle::from_degrees(95); }),
               HasSubstr("direction out of range"));
   EXPECT_THAT(fault([](SampleSet& s) {

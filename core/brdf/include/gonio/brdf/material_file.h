@@ -31,7 +31,8 @@ RadiometricScale material_scale(const std::filesystem::path& path);
 
 /// A material file of any format as a table on the lattice (bin centres but for a MERL file that
 /// says otherwise). Scattered samples are interpolated (scattered_brdf.h); cells they do not cover
-/// have no value. Throws as the format's own reader.
+/// have no value. Throws as the format's own reader; DataFormatError also for a table without a
+/// value above 0 above the horizon or with one above 1e9 1/sr.
 BrdfTable read_material(const std::filesystem::path& path);
 
 /// How reciprocal the file's own values are (convention_check.h); nothing for MERL files, whose

@@ -27,6 +27,10 @@ constexpr std::uintmax_t kMerlFileBytes = 12 + 3 * lattice::kCells * 8;
 /// Cost     One pass over 35 MB; with a sidecar also their SHA-256.
 BrdfTable read_merl(const std::filesystem::path& path);
 
+/// The SHA-256 that `X.binary` will have, 64 hexadecimal digits: for what is to point to it and
+/// must stand before it does.
+std::string merl_sha256(const BrdfTable& table);
+
 /// Writes `X.binary` and its sidecar `X.json`, both under temporary names first, made durable
 /// before either gets its name. The sidecar gets it before the binary does, so a crash leaves
 /// either a pair that belongs together or one that read_merl() refuses.

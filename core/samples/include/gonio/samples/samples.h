@@ -40,7 +40,8 @@ struct SampleSet {
 /// and optional columns in any order; '#' comment lines, one of which may be
 /// `# radiometric_scale = si|merl` (absent: si, with a warning).
 ///
-/// Range    theta_h, theta_d in [0, 90] deg, phi_d in [-180, 180] deg (180 is legal and kept).
+/// Range    theta_h, theta_d in [0, 90] deg, phi_d in [-180, 180] deg (180 is legal and kept);
+///          values within 1e12 of 0, uncertainties in [0, 1e12], 1/sr.
 /// Throws   DataFormatError (path, "line N, column NAME", found, expected): missing columns, a row
 ///          of the wrong length, a number that is none or not finite, a direction below the horizon
 ///          or out of range, no samples at all, negative sigma.
