@@ -100,7 +100,10 @@ TEST_F(BadInput, NamesDirectionsThatCannotBeMeasured) {
           {"horizon.csv", "line 3"});
   refused({"plan", "--samples", "3", "--basis", "basis.h5", "--rig", "rig.toml", "--patch", "-3",
            "--out", "plan.csv"},
-          {"--patch", "found '-3'", "expected auto or 0 to 500 mm"});
+          {"--patch", "found '-3'", "expected auto, 0 or 0.1 to 500 mm"});
+  refused({"plan", "--samples", "3", "--basis", "basis.h5", "--rig", "rig.toml", "--patch",
+           "1e-300", "--out", "plan.csv"},
+          {"--patch", "found '1e-300'", "expected auto, 0 or 0.1 to 500 mm"});
   refused({"plan", "--near-field", "--samples", "3", "--out", "plan.csv"}, {"--near-field"});
   folder.write("near.csv", kHeader + std::string("1,1,0\n"));
   refused(measure("near.csv"), {"near.csv", "line 2", "OCCLUDED_LAMP", "1.00"});
@@ -173,10 +176,24 @@ TEST_F(BadInput, NamesTheLineOfAMaterialWithTwoGroups) {
   refused({"evaluate", "builtin:slate", "builtin:red-pmma", "builtin:oak-oiled", "builtin:grey-abs",
            "--folds", "2", "--exclude-siblings", "siblings.csv"},
           {"siblings.csv", "line 4", "slate"});
+  folder.write("others.csv", "material,group\nslat,a\n");
+  refused({"evaluate", "builtin:slate", "builtin:red-pmma", "builtin:oak-oiled", "builtin:grey-abs",
+           "--folds", "2", "--exclude-siblings", "others.csv"},
+          {"others.csv", "names none of the 4 materials"});
+}
+
+TEST_F(BadInput, NamesAMaterialWithoutAnyLight) {
+  for (const double value : {0.0, 1e300}) {
+    folder.write("odd.binary", merl_file(value));
+    const std::string what = value > 0.0 ? "expected at most 1e+09" : "found no value above 0";
+    refused({"compare", "builtin:slate", "odd.binary"}, {"odd.binary", what});
+    refused({"train", "odd.binary", "odd.binary", "--out", "basis.h5"}, {"odd"});
+  }
 }
 
 TEST_F(BadInput, RefusesWeightsThatSayNothing) {
-  for (const std::string weights : {"sky", "image=x", "image=-1", "uniform=0", "image=1,", ""}) {
+  for (const std::string weights :
+       {"sky", "image=x", "image=-1", "uniform=0", "image=1,", "", "image=1,image=2"}) {
     refused({"plan", "--samples", "4", "--basis", "basis.h5", "--weights", weights, "--out",
              "plan.csv"},
             {"--weights"});

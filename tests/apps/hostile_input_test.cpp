@@ -211,12 +211,17 @@ TEST_F(HostileInput, ALimitOnTheSizeOfFilesIsAnOrdinaryWriteError) {
   run({"sample", "builtin:slate", "--directions", "list.csv", "--out", "samples.csv"});
   refused({"reconstruct", "samples.csv", "--basis", "basis.h5", "--out", "x.binary"}, too_large,
           kLimit);
+  // Room for the result, but not for its bands.
+  refused({"reconstruct", "samples.csv", "--basis", "basis.h5", "--out", "x.binary"}, too_large,
+          std::uint64_t{40} << 20U);
+  EXPECT_FALSE(std::filesystem::exists(folder / "x.binary"));
   // A session keeps what it has: it ends with an error instead of a signal.
   const Ended session = run_gonio({"measure", "rig.toml", "--plan", "list.csv", "--material",
                                    "builtin:slate", "--out", "session"},
                                   folder.path(), 65536);
-  EXPECT_EQ(session.exit_code, 2) << session.error;
+  EXPECT_EQ(session.exit_code, 4) << session.error;
   EXPECT_THAT(session.error, HasSubstr("cannot write"));
+  EXPECT_THAT(run_gonio({"status", "session"}, folder.path()).out, HasSubstr("interrupted"));
 }
 
 }  // namespace

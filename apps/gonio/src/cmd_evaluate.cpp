@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <map>
 #include <nlohmann/json.hpp>
@@ -42,7 +43,9 @@ struct EvaluateOptions {
 };
 
 /// Groups from a CSV file "material,group"; materials it does not list stand alone.
-std::vector<std::string> groups_from(const std::filesystem::path& path,
+/// One group per material of the set. A file serves subsets too: names that are not in the set
+/// bring a warning, but one that names none of them is an error.
+std::vector<std::string> groups_from(const Console& console, const std::filesystem::path& path,
                                      const basis::TrainingSet& set) {
   samples::CsvReader reader(path);
   const auto material = reader.column("material");
@@ -59,10 +62,21 @@ std::vector<std::string> groups_from(const std::filesystem::path& path,
                                  row->line, known->first, known->second, row->cells[*group]));
   }
   std::vector<std::string> groups;
+  const std::size_t named = group_of.size();
   for (const basis::MaterialId& id : set.materials()) {
     const auto found = group_of.find(id.name);
     groups.push_back(found == group_of.end() ? std::string() : found->second);
+    if (found != group_of.end()) group_of.erase(found);
   }
+  if (group_of.empty()) return groups;
+  if (group_of.size() == named) {
+    throw UsageError(fmt::format("{}: names none of the {} materials given", path.string(),
+                                 set.material_count()));
+  }
+  std::vector<std::string> unknown;
+  for (const auto& listed : group_of) unknown.push_back(listed.first);
+  console.warn(fmt::format("{}: not among the materials given: {}", path.string(),
+                           fmt::join(unknown, ", ")));
   return groups;
 }
 
@@ -184,7 +198,7 @@ int evaluate(Context& context, const EvaluateOptions& options) {
   how.seed = options.seed;
   how.importance = importance_blend(options.weights);
   how.trust = options.trust;
-  if (!options.siblings.empty()) how.groups = groups_from(options.siblings, set);
+  if (!options.siblings.empty()) how.groups = groups_from(context.console, options.siblings, set);
   try {
     how.validate(set.material_count());
   } catch (const std::invalid_argument& error) {

@@ -3,6 +3,7 @@
 
 #include "command.h"
 #include "directions_input.h"
+#include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
 #include "plan_file.h"
 #include "planning.h"
@@ -11,6 +12,9 @@
 
 namespace gonio::cli {
 namespace {
+
+constexpr const char* kKept =
+    "what was measured is in the archive and can be reduced once it has a white";
 
 struct MeasureOptions {
   std::string rig;
@@ -77,7 +81,15 @@ int measure(Context& context, const MeasureOptions& options) {
                             duration_text(session.plan.duration_s)));
     return kSuccess;
   }
-  const acquisition::SessionResult result = run_simulated(console, session, context.stop);
+  acquisition::SessionResult result;
+  try {
+    result = run_simulated(console, session, context.stop);
+  } catch (const FileError& error) {
+    // A disk that is full. Before there is an archive that is an error like any other.
+    if (!std::filesystem::exists(options.out)) throw;
+    console.error(error.what(), kKept);
+    return kIncompleteSession;
+  }
   for (const std::string& warning : result.warnings) console.warn(warning);
   console.say(fmt::format("{}: {} of {} directions in {} of session time", options.out,
                           result.measured, session.plan.points.size(),
@@ -86,7 +98,7 @@ int measure(Context& context, const MeasureOptions& options) {
   console.error(fmt::format("{}: {} after {} of {} directions", options.out,
                             context.stop.stop_requested() ? "stopped" : "incomplete",
                             result.measured, session.plan.points.size()),
-                "what was measured is in the archive and can be reduced once it has a white");
+                kKept);
   return kIncompleteSession;
 }
 

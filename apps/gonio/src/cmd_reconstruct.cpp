@@ -81,15 +81,20 @@ int reconstruct(Context& context, const ReconstructOptions& options) {
   record["chi2_per_sample"] = fit.chi2_per_sample;
   record["innovation_chi2_per_sample"] = fit.innovation_chi2_per_sample;
   record["verdict"] = verdict_json(verdict);
-  brdf::write_merl(options.out, table, overwrite(options.force), json_line(record));
-  // Only now, so that a result that could not be written costs nothing that stood there.
-  if (options.force) std::filesystem::remove(bands_path);
+  // The bands first: they say what result they belong to, a result does not say that it has bands.
   if (bands) {
     const PhaseTimer timer(context.console, "writing the bands");
-    const auto sidecar = brdf::read_merl_sidecar(options.out);
-    basis::write_uncertainty(bands_path, basis, fit, *bands, sidecar->binary_sha256,
+    basis::write_uncertainty(bands_path, basis, fit, *bands, brdf::merl_sha256(table),
                              overwrite(options.force));
   }
+  try {
+    brdf::write_merl(options.out, table, overwrite(options.force), json_line(record));
+  } catch (...) {
+    std::error_code ignored;
+    if (bands) std::filesystem::remove(bands_path, ignored);
+    throw;
+  }
+  if (!bands && options.force) std::filesystem::remove(bands_path);
   context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2f}, innovation {:.2f}",
                                   options.out, samples.samples.size(), fit.chi2_per_sample,
                                   fit.innovation_chi2_per_sample));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "failures.h"
 #include "gonio/design/condition_search.h"
@@ -126,11 +127,13 @@ std::optional<design::ImportanceBlend> importance_blend(const std::string& text)
   double uniform = 0.0;
   double solid_angle = 0.0;
   double image = 0.0;
+  std::set<std::string> seen;
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string part = text.substr(begin, end - begin);
     const std::size_t equals = part.find('=');
     const std::string name = part.substr(0, equals);
+    if (!seen.insert(name).second) throw UsageError("--weights: found '" + name + "' twice");
     double share = 1.0;
     if (equals != std::string::npos) {
       const std::string number = part.substr(equals + 1);

@@ -12,6 +12,7 @@ namespace gonio::cli {
 namespace {
 
 constexpr double kAssumedHalfWidth_mm = 25.0;
+constexpr double kSmallestHalfWidth_mm = 0.1;  // a pixel or less: ask for points
 constexpr double kLargestHalfWidth_mm = 500.0;
 
 }  // namespace
@@ -48,9 +49,10 @@ design::PatchGeometry planned_patch(const std::string& word, const KnownRig* rig
   double half_width_mm = 0.0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), half_width_mm);
   if (error != std::errc() || end != word.data() + word.size() ||
-      !(half_width_mm >= 0.0 && half_width_mm <= kLargestHalfWidth_mm)) {
-    throw UsageError(fmt::format("--patch: found '{}', expected auto or 0 to {} mm", word,
-                                 kLargestHalfWidth_mm));
+      !(half_width_mm == 0.0 ||
+        (half_width_mm >= kSmallestHalfWidth_mm && half_width_mm <= kLargestHalfWidth_mm))) {
+    throw UsageError(fmt::format("--patch: found '{}', expected auto, 0 or {} to {} mm", word,
+                                 kSmallestHalfWidth_mm, kLargestHalfWidth_mm));
   }
   design::PatchGeometry patch = design::PatchGeometry::of_half_width(half_width_mm);
   if (rig != nullptr) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "gonio/basis/dense_field.h"
 #include "gonio/design/criteria.h"
@@ -72,13 +73,15 @@ class Fold {
  public:
   Fold(const basis::TrainingSet& set, const Eigen::MatrixXd& gram,
        const std::vector<std::size_t>& training, const EvaluateOptions& options,
-       const design::Candidates& candidates)
+       const design::Candidates& candidates, std::stop_token stop)
       : basis_(basis::train(set, gram, training, options.components)),
         options_(options),
-        candidates_(candidates) {}
+        candidates_(candidates),
+        stop_(std::move(stop)) {}
 
   const basis::Basis& basis() const { return basis_; }
 
+  /// After a stop the best so far.
   std::vector<brdf::HalfDiff> directions_for(const Contender& contender) {
     if (!contender.directions.empty()) return contender.directions;
     if (contender.near_field) return shots_for(contender);
@@ -119,7 +122,9 @@ class Fold {
     design::NearFieldOptions settings = options_.shot_design;
     settings.shots = contender.sample_count;
     settings.seed = options_.seed;
-    return design::choose_shots(basis_, importance(true), *contender.near_field, settings).shots;
+    return design::choose_shots(basis_, importance(true), *contender.near_field, settings, {},
+                                stop_)
+        .shots;
   }
 
   std::vector<brdf::HalfDiff> poses_for(const Contender& contender) {
@@ -131,7 +136,7 @@ class Fold {
     settings.seed = options_.seed;
     return design::choose_poses(basis_, importance(true),
                                 {design::pose_grid(kPoseStepDeg, allowed), allowed, {}},
-                                contender.patch.coarse(), settings)
+                                contender.patch.coarse(), settings, {}, stop_)
         .poses;
   }
 
@@ -140,13 +145,14 @@ class Fold {
     settings.sample_count = contender.sample_count;
     settings.seed = options_.seed;
     const std::vector<std::uint32_t> found =
-        design::exchange(basis_.components, importance(false), candidates_, settings).cells;
+        design::exchange(basis_.components, importance(false), candidates_, settings, {}, stop_)
+            .cells;
     if (!contender.leave_one_out_design) return found;
     design::LeaveOneOutOptions refine = options_.leave_one_out;
     refine.eta = settings.eta;
     refine.seed = options_.seed;
     return design::leave_one_out_exchange(basis_.components, basis_.left_vectors, importance(false),
-                                          candidates_, found, refine)
+                                          candidates_, found, refine, {}, stop_)
         .cells;
   }
 
@@ -156,6 +162,7 @@ class Fold {
   basis::Basis basis_;
   const EvaluateOptions& options_;
   const design::Candidates& candidates_;
+  std::stop_token stop_;
   std::array<Eigen::MatrixXd, 2> importance_;  ///< of points, of patches
   std::map<Measurement, std::vector<brdf::HalfDiff>> chosen_;
 };
@@ -281,10 +288,11 @@ std::optional<std::vector<ContenderResult>> evaluate(
     if (testing.empty()) continue;
     if (stop.stop_requested()) return std::nullopt;
     state.fold = number;
-    Fold fold(set, gram, training, options, candidates);
+    Fold fold(set, gram, training, options, candidates, stop);
     std::vector<std::vector<brdf::HalfDiff>> directions;
     for (ContenderResult& result : results) {
       directions.push_back(fold.directions_for(result.contender));
+      if (stop.stop_requested()) return std::nullopt;
       result.designs.push_back(fold.describe(number, directions.back()));
     }
     for (const std::size_t material : testing) {

@@ -131,7 +131,7 @@ using TruthSource = std::function<brdf::BrdfTable(std::size_t material)>;
 /// setting come from the other folds alone.
 ///
 /// Memory   The training set, one basis, two tables.
-/// Stop     Between reconstructions: returns empty.
+/// Stop     Between reconstructions and within the searches for directions: returns empty.
 /// Errors   std::invalid_argument: options, no contender, a contender's direction below the
 ///          horizon; NumericalError from training.
 /// Determinism  Same seed, same figures, whatever the number of threads.
