@@ -1,6 +1,7 @@
 #include "gonio_process.h"
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,9 +18,8 @@ GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
                            const std::filesystem::path& folder, std::uint64_t max_file_bytes) {
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe");
-  std::string name = (std::filesystem::temp_directory_path() / "gonio-out-XXXXXX").string();
-  out_file_ = ::mkostemp(name.data(), O_CLOEXEC);
-  ::unlink(name.c_str());
+  out_file_ = ::memfd_create("gonio-out", MFD_CLOEXEC);
+  if (out_file_ < 0) throw std::runtime_error("memfd_create");
   std::vector<std::string> words{GONIO_PROGRAM};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;

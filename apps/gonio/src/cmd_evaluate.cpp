@@ -42,9 +42,9 @@ struct EvaluateOptions {
   bool json = false;
 };
 
-/// Groups from a CSV file "material,group"; materials it does not list stand alone.
-/// One group per material of the set. A file serves subsets too: names that are not in the set
-/// bring a warning, but one that names none of them is an error.
+/// One group per material of the set, from a CSV file "material,group"; materials it does not list
+/// stand alone. A file serves subsets too: names that are not in the set bring a warning, but a
+/// file that names none of them is an error.
 std::vector<std::string> groups_from(const Console& console, const std::filesystem::path& path,
                                      const basis::TrainingSet& set) {
   samples::CsvReader reader(path);
