@@ -108,7 +108,7 @@ endfunction()
 # Reading Eigen, the JSON and the command line headers takes longer than compiling what uses them.
 function(gonio_compile_in_batches target)
   set_target_properties(${target} PROPERTIES
-    UNITY_BUILD ${GONIO_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 6)
+    UNITY_BUILD ${GONIO_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 12)
 endfunction()
 
 function(gonio_refuse_unparsed caller)
