@@ -9,6 +9,7 @@
 
 #include "gonio/devices/clock.h"
 #include "gonio/errors/errors.h"
+#include "saturation.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -76,11 +77,13 @@ ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instr
         std::max(signal.longest_exposure_s, devices::to_seconds(record->exposure));
     signal.pixel_format = images.back().pixel_format;
   }
+  instrument::SensorModel sensor = instrument.sensor;
   std::vector<instrument::Exposure> bracket;
   for (const devices::Frame& image : images) {
     bracket.push_back({image.pixels_dn, devices::to_seconds(image.exposure)});
+    sensor.saturation_dn = saturation_level_dn(sensor, image.saturation_level_dn);
   }
-  signal.merged = instrument::merge_bracket(instrument.sensor, bracket, instrument.camera.width_px,
+  signal.merged = instrument::merge_bracket(sensor, bracket, instrument.camera.width_px,
                                             {background.offset_dn, background.rate_dn_per_s});
   // The maps' own noise is common to the bracket: it is added after the merge.
   const double t = signal.longest_exposure_s;

@@ -33,12 +33,12 @@ class Reduction : public testing::Test {
     devices::Frame frame;
     frame.width_px = 32;
     frame.height_px = 32;
-    frame.saturation_level_dn = 4095;
+    frame.saturation_level_dn = camera_full_dn_;
     frame.black_level_dn = 64.0;
     frame.exposure = std::chrono::nanoseconds(std::llround(exposure_s * 1e9));
     frame.frame_id = ++frame_id_;
-    frame.pixels_dn.assign(
-        32 * 32, static_cast<std::uint16_t>(std::min(4095.0, 64.0 + dn_per_s * exposure_s)));
+    frame.pixels_dn.assign(32 * 32, static_cast<std::uint16_t>(std::min<double>(
+                                        camera_full_dn_, 64.0 + dn_per_s * exposure_s)));
     FrameRecord record;
     record.kind = kind;
     record.point = point;
@@ -92,6 +92,7 @@ class Reduction : public testing::Test {
   FakeRig rig_;
   std::uint64_t frame_id_ = 0;
   PointOutcome outcome_ = PointOutcome::Measured;
+  std::uint16_t camera_full_dn_ = 4095;
   double monitor_ = 1.0;
   double monitor_at_sample_ = 1.0;
 };
@@ -140,6 +141,17 @@ TEST_F(Reduction, GivesNoValueToASaturatedSpot) {
         }
       },
       DataFormatError);
+}
+
+TEST_F(Reduction, GivesNoValueWhereTheCameraSaysItIsFull) {
+  camera_full_dn_ = 1620;  // the calibration says 4095, the white would be 2064 DN
+  write_session(0.25);
+  try {
+    reduce_centre();
+    FAIL() << "reduced with a saturated white";
+  } catch (const DataFormatError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("white frames"));
+  }
 }
 
 TEST_F(Reduction, KeepsADarkValueAndMarksIt) {

@@ -75,6 +75,16 @@ TEST(SimulatedSession, MeasuresALambertianPlateToWithinItsNoise) {
   }
 }
 
+TEST(SimulatedSession, KeepsBelowAFullWellThatComesBeforeTheLargestNumber) {
+  sim::SimOptions world = untilted(std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)));
+  world.camera.full_well_e = 4000.0;  // 1624 of 4095 DN; the white's first exposure would be 2000
+  const Measured measured = measure(world, {{3.0, 12.0, 28.0}});
+  ASSERT_EQ(measured.reduction.samples.samples.size(), 25U);
+  for (const samples::Sample& sample : measured.reduction.samples.samples) {
+    EXPECT_NEAR(sample.value_per_sr[0] * std::numbers::pi / 0.5, 1.0, 0.03);
+  }
+}
+
 /// A sample is the mean over its spot, and near a highlight that is not the value in the middle:
 /// the mean over half vectors spread by the sample's kernel, to second order.
 brdf::Rgb averaged_truth(const brdf::BrdfModel& model, const samples::Sample& sample) {

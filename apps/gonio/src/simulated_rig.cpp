@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "failures.h"
 #include "gonio/instrument/calibration_file.h"
 
@@ -45,7 +48,9 @@ instrument::Instrument nominal_instrument(const RigFile& file) {
                   .read_noise_e = camera.read_noise_e,
                   .full_well_e = camera.full_well_e,
                   .black_level_dn = camera.black_level_dn,
-                  .saturation_dn = static_cast<double>((1 << camera.bits) - 1),
+                  .saturation_dn =
+                      std::min(std::ldexp(1.0, camera.bits) - 1.0,
+                               camera.black_level_dn + camera.dn_per_electron * camera.full_well_e),
                   .dark_current_e_per_s = camera.dark_current_e_per_s,
                   .prnu = camera.prnu};
   known.vignetting = {camera.vignetting[0], camera.vignetting[1], camera.vignetting[2]};
