@@ -5,6 +5,8 @@
 
 #include "gonio/devices/clock.h"
 #include "gonio/instrument/measurement_equation.h"
+#include "saturation.h"
+#include "standing_capture.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -87,14 +89,12 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
                            SessionWriter& archive) {
   const devices::CameraInfo info = devices.devices().camera->info();
   const auto longest_allowed = std::min(options.max_exposure, info.max_exposure);
-  const double saturation_dn = instrument.sensor.saturation_dn;
+  const double saturation_dn = saturation_level_dn(instrument.sensor, info.saturation_level_dn);
   int taken = 0;
 
   const auto expose = [&](std::chrono::nanoseconds exposure) {
-    const devices::Frame frame = devices.capture(exposure);
     FrameRecord own = record;
-    own.joints = devices.joints();
-    own.joints_spread.assign(own.joints.size(), Angle());
+    const devices::Frame frame = capture_standing(devices, options, exposure, own, archive);
     own.monitor = devices.read_monitor();
     archive.append(std::move(own), frame);
     ++taken;
@@ -119,8 +119,9 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
   }
   result.saturated_regions = static_cast<int>(saturated());
 
-  // Each region's rate from the longest exposure that shows it unsaturated so far.
-  std::vector<double> rates_dn_per_s(regions.size());
+  // Each region's rate from the longest exposure that shows it unsaturated so far. A region that
+  // is full even in the shortest has none: no exposure can help it, and it is not dark.
+  std::vector<std::optional<double>> rates_dn_per_s(regions.size());
   const auto update_rates = [&](const std::vector<RegionReading>& from,
                                 std::chrono::nanoseconds exposure) {
     for (std::size_t i = 0; i < from.size(); ++i) {
@@ -145,9 +146,10 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
   const auto needed_factor = [&] {
     double factor = 1.0;
     for (std::size_t i = 0; i < regions.size(); ++i) {
+      if (!rates_dn_per_s[i]) continue;
       const double wanted = wanted_dn(readings[i]);
       const double found =
-          std::max(rates_dn_per_s[i] * devices::to_seconds(longest), wanted / kLongestStep);
+          std::max(*rates_dn_per_s[i] * devices::to_seconds(longest), wanted / kLongestStep);
       factor = std::max(factor, wanted / found);
     }
     return factor;
@@ -161,7 +163,8 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
     update_rates(longest_readings, longest);
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
-    if (rates_dn_per_s[i] * devices::to_seconds(longest) <
+    if (!rates_dn_per_s[i]) continue;
+    if (*rates_dn_per_s[i] * devices::to_seconds(longest) <
         signal_dn(instrument.sensor, kDarkRelativeSigma, spot_pixels(readings[i]))) {
       ++result.dark_regions;
     }

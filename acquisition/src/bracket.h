@@ -21,12 +21,13 @@ struct BracketResult {
   std::chrono::nanoseconds start{0};  ///< a good first exposure at the same light level
   std::chrono::nanoseconds longest{0};
   int saturated_regions = 0;  ///< even at the shortest exposure
-  int dark_regions = 0;       ///< below three sigmas even at the longest
+  int dark_regions = 0;       ///< not saturated, but below three sigmas even at the longest
   int regions = 0;
 };
 
 /// Takes exposures of one lit channel until the brightest region is unsaturated in the shortest and
-/// the dimmest reaches the wanted precision in the longest, and archives each frame.
+/// the dimmest reaches the wanted precision in the longest, and archives each frame. A region that
+/// stays saturated in the shortest asks for no longer one.
 BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument& instrument,
                            const SessionOptions& options, const Regions& regions,
                            std::chrono::nanoseconds first_exposure, const FrameRecord& record,

@@ -8,6 +8,7 @@
 #include "bracket.h"
 #include "guarded_devices.h"
 #include "preflight.h"
+#include "standing_capture.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -70,7 +71,7 @@ class Session {
     devices_.close_shutter();
     const auto shortest = devices_.devices().camera->info().min_exposure;
     for (int i = 0; i < options_.dark_frames; ++i) {
-      archive_.append(dark_record(FrameKind::dark, -1), devices_.capture(shortest));
+      take_dark(FrameKind::dark, -1, shortest);
     }
   }
 
@@ -95,14 +96,13 @@ class Session {
       }
       for (int i = 1; i < options_.white_frames; ++i) {
         FrameRecord repeat = record;
-        repeat.joints = devices_.joints();
-        repeat.joints_spread.assign(repeat.joints.size(), Angle());
         repeat.monitor = devices_.read_monitor();
-        archive_.append(std::move(repeat), devices_.capture(start));
+        const devices::Frame frame = capture_standing(devices_, options_, start, repeat, archive_);
+        archive_.append(std::move(repeat), frame);
       }
     }
     devices_.close_shutter();
-    archive_.append(dark_record(FrameKind::lamp_off, -1), devices_.capture(longest));
+    take_dark(FrameKind::lamp_off, -1, longest);
     if (options_.white != WhitePlacement::in_frame) devices_.mount(devices::Target::sample);
   }
 
@@ -157,18 +157,18 @@ class Session {
       all_dark = all_dark || found.dark_regions == found.regions;
     }
     devices_.close_shutter();
-    archive_.append(dark_record(FrameKind::lamp_off, index), devices_.capture(longest));
+    take_dark(FrameKind::lamp_off, index, longest);
     if (all_saturated) return PointOutcome::Saturated;
     return all_dark ? PointOutcome::TooDark : PointOutcome::Measured;
   }
 
-  FrameRecord dark_record(FrameKind kind, int point) const {
+  /// A frame behind the closed shutter.
+  void take_dark(FrameKind kind, int point, std::chrono::nanoseconds exposure) {
     FrameRecord record;
     record.kind = kind;
     record.point = point;
-    record.joints = devices_.joints();
-    record.joints_spread.assign(record.joints.size(), Angle());
-    return record;
+    const devices::Frame frame = capture_standing(devices_, options_, exposure, record, archive_);
+    archive_.append(std::move(record), frame);
   }
 
   void warn(std::string text) {

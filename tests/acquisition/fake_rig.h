@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,10 @@ class FakeStage final : public devices::RotationStage {
   }
   Angle wait_until_settled(std::chrono::milliseconds) override {
     refuse_when_stopped();
+    if (failing_readings > 0) {
+      --failing_readings;
+      throw devices::DeviceError(devices::DeviceErrc::Protocol, name_, "checksum");
+    }
     return at_;
   }
   void stop() noexcept override {
@@ -50,9 +55,12 @@ class FakeStage final : public devices::RotationStage {
     ++stops;
   }
   void rearm() override { stopped = false; }
+  /// Turns the axis though nobody asked.
+  void creep(Angle by) { at_ += by; }
 
   std::function<void(FakeStage&)> on_move;
   Angle home_angle;
+  int failing_readings = 0;
   int homings = 0;
   int moves = 0;
   int stops = 0;
@@ -82,7 +90,7 @@ class FakeLight final : public devices::LightSource {
   std::string name_ = "lamp";
 };
 
-/// Gives frames of one level: black + rate * exposure, clipped at saturation.
+/// Gives frames of one level, or two: black + rate * exposure, clipped where a pixel is full.
 class FakeCamera final : public devices::Camera {
  public:
   FakeCamera(FakeLight& light, FakeClock& clock) : light_(light), clock_(clock) {}
@@ -92,7 +100,7 @@ class FakeCamera final : public devices::Camera {
     info.model = "fake";
     info.width_px = 32;
     info.height_px = 32;
-    info.saturation_level_dn = 4095;
+    info.saturation_level_dn = saturation_level_dn;
     info.min_exposure = std::chrono::microseconds(50);
     info.max_exposure = std::chrono::seconds(10);
     return info;
@@ -102,21 +110,30 @@ class FakeCamera final : public devices::Camera {
     devices::Frame frame;
     frame.width_px = 32;
     frame.height_px = 32;
-    frame.saturation_level_dn = 4095;
+    frame.saturation_level_dn = saturation_level_dn;
     frame.black_level_dn = 64.0;
     frame.exposure = exposure + exposure_error;
     frame.exposure_start = clock_.now();
     clock_.pass(exposure);
     if (!repeat_frame_id) ++next_id_;
     frame.frame_id = next_id_;
-    const double rate = light_.lit.empty() ? 0.0 : lit_dn_per_s;
-    const double level = 64.0 + rate * std::chrono::duration<double>(exposure).count();
-    frame.pixels_dn.assign(32 * 32, static_cast<std::uint16_t>(std::min(level, 4095.0)));
+    const auto level = [&](double lit) {
+      const double rate = light_.lit.empty() ? 0.0 : lit;
+      const double dn = 64.0 + rate * std::chrono::duration<double>(exposure).count();
+      return static_cast<std::uint16_t>(std::min(dn, full_dn));
+    };
+    frame.pixels_dn.assign(32 * 32, level(lit_dn_per_s));
+    if (upper_half_dn_per_s) {
+      std::fill_n(frame.pixels_dn.begin(), 32 * 16, level(*upper_half_dn_per_s));
+    }
     exposures.push_back(exposure);
     return frame;
   }
 
   double lit_dn_per_s = 50000.0;
+  std::optional<double> upper_half_dn_per_s;  ///< of the image, where it differs
+  std::uint16_t saturation_level_dn = 4095;   ///< what the camera says
+  double full_dn = 4095.0;                    ///< what its pixels do
   std::chrono::nanoseconds exposure_error{0};
   bool repeat_frame_id = false;
   std::function<void()> on_capture;

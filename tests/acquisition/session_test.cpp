@@ -101,6 +101,74 @@ TEST_F(Session, CallsAPointSaturatedWhenEvenTheShortestExposureIsFull) {
   EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Saturated);
 }
 
+TEST_F(Session, ShortensTheExposureToTheLevelAtWhichTheCameraSaysItIsFull) {
+  // A camera in another mode than the one that was calibrated: full at 1620 of 4095 DN.
+  rig_.camera.saturation_level_dn = 1620;
+  rig_.camera.full_dn = 1620.0;
+  rig_.camera.lit_dn_per_s = 2e5;
+  const SessionResult result = run();
+  EXPECT_EQ(result.measured, 2);
+  std::chrono::nanoseconds shortest = std::chrono::hours(1);
+  for (const FrameRecord& record : frames(FrameKind::sample)) {
+    shortest = std::min(shortest, record.exposure);
+  }
+  EXPECT_LT(std::chrono::duration<double>(shortest).count() * 2e5, 1620.0 - 64.0);
+}
+
+TEST_F(Session, ExposesNoLongerForWhatIsFullInTheShortestExposure) {
+  rig_.camera.upper_half_dn_per_s = 1e9;
+  options_.relative_sigma = 0.05;  // 400 electrons: the lower half has them in 20 ms
+  EXPECT_EQ(run().measured, 2) << "the lower half is";
+  for (const FrameRecord& record : frames(FrameKind::sample)) {
+    EXPECT_LE(record.exposure, options_.first_exposure);
+  }
+}
+
+TEST_F(Session, StoresHowFarAnAxisCreptDuringAnExposure) {
+  rig_.camera.on_capture = [&] {
+    if (rig_.light.lit == "G") rig_.stages[1]->creep(0.001_deg);
+  };
+  run();
+  for (const FrameRecord& record : frames(FrameKind::sample)) {
+    const double expected_deg = record.channel == "G" ? 0.0005 : 0.0;
+    ASSERT_EQ(record.joints_spread.size(), 3U);
+    EXPECT_NEAR(record.joints_spread[1].degrees(), expected_deg, 1e-9) << record.channel;
+    EXPECT_EQ(record.joints_spread[0], Angle());
+  }
+}
+
+TEST_F(Session, FailsAPointAtWhichAnAxisDoesNotStand) {
+  bool crept = false;
+  rig_.camera.on_capture = [&] {
+    if (crept || rig_.light.lit.empty() || rig_.changer.mounted() != devices::Target::sample)
+      return;
+    crept = true;
+    rig_.stages[1]->creep(0.03_deg);
+  };
+  const SessionResult result = run();
+  EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Failed);
+  EXPECT_THAT(result.points.at(0).note, HasSubstr(rig_.stages[1]->name()));
+  EXPECT_THAT(result.points.at(0).note, HasSubstr("during an exposure"));
+  EXPECT_EQ(result.points.at(1).outcome, PointOutcome::Measured);
+  expect_safe();
+}
+
+TEST_F(Session, FailsAPointAtWhichAnAxisCreepsALittleWithEachExposure) {
+  rig_.camera.on_capture = [&] {
+    if (rig_.changer.mounted() == devices::Target::sample) rig_.stages[1]->creep(0.015_deg);
+  };
+  options_.dark_frames = 1;
+  EXPECT_EQ(run().points.at(0).outcome, PointOutcome::Failed);
+}
+
+TEST_F(Session, ReadsTheEncodersAgainWhenTheyDoNotAnswer) {
+  int failures = 0;
+  rig_.camera.on_capture = [&] {
+    if (rig_.light.lit == "B") rig_.stages[0]->failing_readings = failures++ == 0 ? 1 : 0;
+  };
+  EXPECT_TRUE(run().complete);
+}
+
 TEST_F(Session, CallsAPointTooDarkWhenEvenTheLongestExposureIsEmpty) {
   rig_.camera.lit_dn_per_s = 0.01;
   EXPECT_EQ(run().points.at(0).outcome, PointOutcome::TooDark);

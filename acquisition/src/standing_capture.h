@@ -1,0 +1,16 @@
+#pragma once
+
+#include "guarded_devices.h"
+
+namespace gonio::acquisition {
+
+/// Exposes while the axes stand. The encoders are read before and after; `record` gets the mean of
+/// the two readings as `joints` and half their difference as `joints_spread`.
+///
+/// Errors   devices::DeviceError; Timeout naming the axis, where it arrived and what it read when
+///          one is 0.02 deg or more from where it arrived: the frame is then none of this pose.
+devices::Frame capture_standing(GuardedDevices& devices, const SessionOptions& options,
+                                std::chrono::nanoseconds exposure, FrameRecord& record,
+                                SessionWriter& archive);
+
+}  // namespace gonio::acquisition
