@@ -48,8 +48,8 @@ endfunction()
 #   their own. ONE_PROCESS runs the whole program as a single ctest entry instead: for suites with
 #   an expensive shared fixture. GMock and main() are linked.
 #
-#   Labels   unit (the default; asan runs these in .ci/run), scenario (whole sessions), slow,
-#            real_data (needs GONIO_REAL_DATA), wire, hardware.
+#   Labels   unit (the default), untrusted (readers of untrusted files; asan runs these in .ci/run),
+#            scenario (whole sessions), slow, real_data (needs GONIO_REAL_DATA), wire, hardware.
 #   DEPENDS  further targets the test runs, such as the gonio program.
 function(gonio_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg

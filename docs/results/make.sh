@@ -18,9 +18,10 @@ work=$(mktemp -d "$out/work.XXXXXX")
 trap 'rm -rf "$work"' EXIT
 . "$here/common.sh"
 
-# The directions of the seed report, as printed but for (2.84, 89, 15), which is below the horizon.
-seed_nine=$work/seed-nine.csv
-cat > "$seed_nine" <<CSV
+# The ten directions of the student report, as printed but for (2.84, 89, 15), which is below the
+# horizon.
+student_nine=$work/student-nine.csv
+cat > "$student_nine" <<CSV
 theta_h_deg,theta_d_deg,phi_d_deg
 4.01,14,16
 69.3,17,151
@@ -82,7 +83,7 @@ for name in green-plastic alum-bronze light-red-paint; do
   "$gonio" train "$merl" --exclude $name --out "$work/basis.h5" --force -q
   {
     echo "### $name"
-    for set in nielsen-10 "$seed_nine"; do
+    for set in nielsen-10 "$student_nine"; do
       echo "$(basename "$set"):"
       "$gonio" plan --basis "$work/basis.h5" --directions "$set" --explain \
         --out "$work/list.csv" --force -q
@@ -99,16 +100,16 @@ for name in green-plastic alum-bronze light-red-paint; do
   measure $name published-ten nielsen-10 nielsen
   picture $name published-ten
   measure $name published-ten nielsen-10 auto
-  measure $name seed-nine "$seed_nine" nielsen
-  picture $name seed-nine
-  measure $name seed-nine "$seed_nine" auto
+  measure $name student-nine "$student_nine" nielsen
+  picture $name student-nine
+  measure $name student-nine "$student_nine" auto
   measure $name ours "$work/ours.csv" ridge
   measure $name ours "$work/ours.csv" auto
   picture $name ours
   measure $name ours-for-the-rig "$work/rig.csv" auto --rig "$rig"
   picture $name ours-for-the-rig
   snapped $name published-ten nielsen-10
-  snapped $name seed-nine "$seed_nine"
+  snapped $name student-nine "$student_nine"
   {
     echo "noise-free:"
     cat "$work/exact.rows"

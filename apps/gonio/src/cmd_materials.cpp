@@ -153,9 +153,9 @@ void add_materials(const Command& root) {
   make_command.on_call(make_options, make);
 
   auto verify_options = std::make_shared<VerifyOptions>();
-  const Command verify_command = materials.add(
-      "verify", "Check the files of a MERL download against their published SHA-256 sums",
-      "gonio materials verify BRDFDatabase/brdfs");
+  const Command verify_command =
+      materials.add("verify", "Check the files of a MERL download against the known SHA-256 sums",
+                    "gonio materials verify BRDFDatabase/brdfs");
   verify_command.text("DIR", verify_options->folder, "Folder with the .binary files",
                       Need::required);
   verify_command.flag("--json", verify_options->json, "Print JSON");

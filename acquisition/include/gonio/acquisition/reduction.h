@@ -10,8 +10,7 @@
 
 namespace gonio::acquisition {
 
-/// How frames become samples (reconstruction.md section 10 of the design: a frame is a patch of
-/// directions).
+/// How frames become samples: each is a patch of directions, read in a grid of small spots.
 struct ReductionOptions {
   int grid = 5;  ///< grid x grid sub-samples per pose; 1: the centre only
   double sample_half_width_mm = 25.0;

@@ -53,7 +53,7 @@ std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit)
 
 struct Verdict {
   bool trusted = true;
-  /// One plain line: "trust: ..." or "do not trust: ... because ...; measure ...".
+  /// One plain line: "trust: ..." or "do not trust: REASON; REASON; measure ...".
   std::string line;
   std::vector<std::string> reasons;  ///< against it; empty when trusted
   std::optional<Outlook> outlook;

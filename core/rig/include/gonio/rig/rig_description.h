@@ -105,7 +105,7 @@ struct RigDescription {
 };
 
 /// The reference rig: fixed camera on +x, lamp arm and azimuth coaxial on the vertical axis, tilt
-/// inside. Joint angles are theta's alpha, beta, gamma; axes "lamp_arm", "azimuth", "tilt" with
+/// inside. The axes "lamp_arm", "azimuth", "tilt" (alpha, beta, gamma of the formulas) have
 /// limits [7.5, 165], [-85, 85], [-5, 70] deg, at most 20, 20, 10 deg/s and 30, 40, 20 deg/s^2,
 /// settling in 0.3 s, homed at 90, 0, 0 deg. Distances are from the axes' common point.
 RigDescription la2(double camera_distance_mm = 350.0, double lamp_distance_mm = 500.0);
