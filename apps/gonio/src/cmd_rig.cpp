@@ -7,6 +7,7 @@
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/rig/reach.h"
 #include "json_text.h"
+#include "keep_out_keys.h"
 #include "patch_geometry.h"
 
 namespace gonio::cli {
@@ -98,7 +99,7 @@ int example(Context& context, const ExampleOptions& options) {
       "keys\n"
       "# are errors. `gonio rig check FILE` says what a rig can reach. Angles are in degrees,\n"
       "# lengths in millimetres; a calibration file brings the measured constants.\n" +
-      rig_file_text(file, true));
+      rig_file_text(file, true) + keep_out_example(file.rig));
   return kSuccess;
 }
 

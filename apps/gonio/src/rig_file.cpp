@@ -8,6 +8,7 @@
 #include "config_writer.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
+#include "keep_out_keys.h"
 #include "toml_limits.h"
 
 namespace gonio::cli {
@@ -131,7 +132,12 @@ void visit_rig(ConfigVisitor& v, RigFile& file) {
     v.angle("theta_o_max_deg", limits.theta_o_max, {0.0, 90.0}, "of the camera");
     v.angle("theta_d_min_deg", limits.theta_d_min, {0.0, 90.0},
             "closer, the lamp head hides the camera");
+    v.number("min_projected_half_width_mm", limits.footprint.min_projected_half_width_mm,
+             {0.0, 1e4}, "of the used sample, seen by the camera; 0: not checked");
+    v.angle("camera_half_field_deg", limits.footprint.camera_half_field, {0.0, 89.0},
+            "holds all of it about the camera's axis; 0: not checked");
   });
+  visit_keep_outs(v, file.rig);
 }
 
 void visit_camera(ConfigVisitor& v, sim::CameraOptions& camera) {
@@ -244,6 +250,7 @@ void check_file(const RigFile& file, const ConfigReader& reader,
                          axis.min.degrees(), axis.max.degrees()));
     }
   }
+  check_keep_outs(file.rig, reader, place);
   const auto validated = [&](const std::string& key, const auto& part) {
     try {
       part();
@@ -284,6 +291,12 @@ RigFile rig_file_from_text(const std::string& text, const std::filesystem::path&
   file.reduction.white_in_frame = file.session.white == acquisition::WhitePlacement::in_frame;
   file.reduction.white_patch_mm = file.session.white_patch_mm;
   file.reduction.white_patch_half_width_mm = file.session.white_patch_half_width_mm;
+  rig::FootprintLimits& footprint = file.rig.limits.footprint;
+  if (footprint.min_projected_half_width_mm > 0.0 || footprint.camera_half_field > Angle()) {
+    footprint.sample_half_width_mm = file.session.sample_half_width_mm;
+    footprint.edge_margin_mm = file.reduction.edge_margin_mm;
+    footprint.spot_half_width_mm = file.session.spot_half_width_mm;
+  }
   if (file.white_light) file.world.lamp.channels = sim::LampOptions::white_channel();
   check_file(file, reader, place);
   file.path = place;

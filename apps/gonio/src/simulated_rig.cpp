@@ -1,12 +1,10 @@
 #include "simulated_rig.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "failures.h"
 #include "gonio/instrument/calibration_file.h"
+#include "narrower_rig.h"
 
 namespace gonio::cli {
 
@@ -68,15 +66,7 @@ instrument::Instrument instrument_of(const RigFile& file, const std::string& cal
   }
   if (path.empty()) return nominal_instrument(file);
   instrument::Instrument known = instrument::read_calibration(path);
-  const auto names = [](const rig::RigDescription& rig) {
-    std::string text;
-    for (const rig::Axis& axis : rig.axes) text += (text.empty() ? "" : ", ") + axis.name;
-    return text;
-  };
-  if (names(known.rig) != names(file.rig)) {
-    throw UsageError(fmt::format("{}: rig.axes: found {}, expected {} as in {}", path.string(),
-                                 names(known.rig), names(file.rig), file.path.string()));
-  }
+  known.rig = narrower_rig(known.rig, path, file.rig, file.path);
   return known;
 }
 

@@ -21,8 +21,9 @@ sim::SimOptions simulated_world(const RigFile& file,
 /// The constants an operator of the nominal rig would know, without a calibration.
 instrument::Instrument nominal_instrument(const RigFile& file);
 
-/// The calibration file named on the command line, else in the rig file, else nominal constants.
-/// Throws UsageError when the calibration is of a rig with other axes.
+/// The calibration file named on the command line, else in the rig file, else nominal constants;
+/// limits and keep-outs of the rig file hold besides the calibration's (narrower_rig(), whose
+/// UsageError it throws).
 instrument::Instrument instrument_of(const RigFile& file, const std::string& calibration = "");
 
 /// A rig file with the constants that are known of its rig: what is planned and reduced with, never
