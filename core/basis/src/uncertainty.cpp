@@ -12,7 +12,7 @@
 
 #include "cell_weights.h"
 #include "gonio/basis/dense_field.h"
-#include "gonio/brdf/shading_geometry.h"
+#include "gonio/brdf/cell_weight.h"
 #include "gonio/parallel/parallel.h"
 
 namespace gonio::basis {
@@ -47,14 +47,6 @@ void check(const Basis& basis, const Fit& fit) {
   if (basis.materials.size() < 3) {
     throw std::invalid_argument("uncertainty: a basis of fewer than 3 materials");
   }
-}
-
-/// Solid angle of a cell times both cosines, up to a factor.
-double importance(std::uint32_t cell) {
-  const brdf::HalfDiff at = lattice::angles_of(lattice::index_from_cell(cell));
-  const brdf::PolarCosines cosines = brdf::polar_cosines(at.theta_h, at.theta_d, at.phi_d);
-  return sin(at.theta_h) * std::sqrt(at.theta_h.radians()) * sin(at.theta_d) * cos(at.theta_d) *
-         cosines.cos_theta_i * cosines.cos_theta_o;
 }
 
 /// Weighted quantiles of positive values without keeping them: bins a hundredth wide.
@@ -92,8 +84,9 @@ Quantiles standardised_errors(const Basis& basis, const Fit& fit) {
   std::vector<double> weights;
   for (Eigen::Index i = 0; i < count; ++i) {
     rows.col(i) = basis.components.row(i * kStride).transpose().cast<double>();
-    weights.push_back(
-        importance(lattice::cells_above_horizon()[static_cast<std::size_t>(i * kStride)]));
+    const std::uint32_t cell =
+        lattice::cells_above_horizon()[static_cast<std::size_t>(i * kStride)];
+    weights.push_back(brdf::cell_weight(lattice::angles_of(lattice::index_from_cell(cell))));
   }
   Eigen::MatrixXd neighbours(m, m);
   for (Eigen::Index t = 0; t < m; ++t) {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "gonio/brdf/cell_weight.h"
 #include "gonio/brdf/merl_lattice.h"
-#include "gonio/brdf/shading_geometry.h"
 #include "gonio/parallel/parallel.h"
 
 namespace gonio::design {
@@ -27,11 +27,7 @@ Eigen::VectorXf importance_weights(const ImportanceOptions& options) {
   Eigen::VectorXd solid_angle(static_cast<Eigen::Index>(cells.size()));
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const brdf::HalfDiff at = brdf::lattice::angles_of(brdf::lattice::index_from_cell(cells[i]));
-    const double sin_d = sin(at.theta_d);
-    const brdf::PolarCosines cosines = brdf::polar_cosines(at.theta_h, at.theta_d, at.phi_d);
-    solid_angle[static_cast<Eigen::Index>(i)] = sin(at.theta_h) * std::sqrt(at.theta_h.radians()) *
-                                                sin_d * cos(at.theta_d) * cosines.cos_theta_i *
-                                                cosines.cos_theta_o;
+    solid_angle[static_cast<Eigen::Index>(i)] = brdf::cell_weight(at);
   }
   const double share = (1.0 - options.uniform_blend) / solid_angle.sum();
   const double floor = options.uniform_blend / static_cast<double>(cells.size());

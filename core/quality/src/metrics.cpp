@@ -3,18 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <stdexcept>
 #include <string>
 
+#include "gonio/brdf/cell_weight.h"
 #include "gonio/brdf/shading_geometry.h"
 #include "gonio/parallel/parallel.h"
 #include "gonio/render/colour.h"
+#include "grazing_band.h"
 
 namespace gonio::quality {
 namespace {
 
-constexpr double kRadiansPerDegree = std::numbers::pi / 180.0;
 constexpr std::size_t kPixelBlock = 512;
 
 /// A lattice has one set of angles per index and axis.
@@ -84,15 +84,14 @@ LatticeError lattice_error(const brdf::BrdfTable& truth, const brdf::BrdfTable& 
       axis_angles(lattice::kThetaD, convention, &Index::theta_d, &brdf::HalfDiff::theta_d);
   const auto phi_d = axis_angles(lattice::kPhiD, convention, &Index::phi_d, &brdf::HalfDiff::phi_d);
   const std::vector<std::uint8_t>& above = lattice::above_horizon_mask(convention);
-  const double cosine_65 = std::cos(65.0 * kRadiansPerDegree);
-  const double cosine_85 = std::cos(85.0 * kRadiansPerDegree);
+  const GrazingBand band;
 
   const auto sum_rows = [&](std::size_t from, std::size_t to) {
     Sums sums;
     for (std::size_t row = from; row < to; ++row) {
       const brdf::SinCos& th = theta_h[row / lattice::kThetaD];
       const brdf::SinCos& td = theta_d[row % lattice::kThetaD];
-      const double solid_angle = th.sine * std::sqrt(th.angle.radians()) * td.sine * td.cosine;
+      const double solid_angle = brdf::relative_solid_angle(th, td);
       for (std::size_t column = 0; column < lattice::kPhiD; ++column) {
         const std::size_t cell = row * lattice::kPhiD + column;
         if (above[cell] == 0) continue;
@@ -120,8 +119,7 @@ LatticeError lattice_error(const brdf::BrdfTable& truth, const brdf::BrdfTable& 
         sums.weighted += weight * step;
         sums.weighted_square += weight * square;
         sums.raw_square += (f - t).square().sum();
-        const double least = std::min(geometry.cos_theta_i, geometry.cos_theta_o);
-        if (least <= cosine_65 && least >= cosine_85) {
+        if (band.holds(std::min(geometry.cos_theta_i, geometry.cos_theta_o))) {
           ++sums.grazing_cells;
           sums.grazing += step;
           sums.grazing_square += square;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "gonio/brdf/shading_geometry.h"
+#include "grazing_band.h"
 
 namespace gonio::quality {
 namespace {
@@ -28,14 +29,13 @@ double usual_limit(const std::vector<double>& ascending) {
 
 double grazing_half_width(const basis::Uncertainty& bands) {
   const std::vector<std::uint32_t>& cells = brdf::lattice::cells_above_horizon();
+  const GrazingBand band;
   double sum = 0.0;
   std::size_t count = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
     const brdf::HalfDiff at = brdf::lattice::angles_of(brdf::lattice::index_from_cell(cells[i]));
     const brdf::PolarCosines cosines = brdf::polar_cosines(at.theta_h, at.theta_d, at.phi_d);
-    const double lowest = std::min(cosines.cos_theta_i, cosines.cos_theta_o);
-    // 85 and 65 degrees.
-    if (lowest < 0.08715574274765817 || lowest > 0.42261826174069944) continue;
+    if (!band.holds(std::min(cosines.cos_theta_i, cosines.cos_theta_o))) continue;
     sum += bands.sigma.row(static_cast<Eigen::Index>(i)).squaredNorm() / 3.0;
     ++count;
   }
