@@ -116,11 +116,7 @@ MergedSignal merge_bracket(const SensorModel& sensor, std::span<const Exposure> 
         double sum = 0.0;
         double weights = 0.0;
         for (const Reading& reading : readings) {
-          // The first pass has no estimate yet: weights by exposure squared are unbiased.
-          const double weight =
-              iteration == 0 && readings.size() == 1
-                  ? reading.exposure_s * reading.exposure_s
-                  : 1.0 / rate_variance(sensor, estimate, rate, reading.exposure_s);
+          const double weight = 1.0 / rate_variance(sensor, estimate, rate, reading.exposure_s);
           sum += weight * reading.rate_dn_per_s;
           weights += weight;
         }
