@@ -63,20 +63,28 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
   return maps;
 }
 
+bool has_monitor(const SessionReader& archive) {
+  return std::any_of(
+      archive.frames().begin(), archive.frames().end(),
+      [](const FrameRecord& record) { return !record.channel.empty() && record.monitor > 0.0; });
+}
+
 ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,
                            const std::vector<const FrameRecord*>& frames,
-                           const BackgroundMaps& background) {
+                           const BackgroundMaps& background, bool monitored) {
   ChannelSignal signal;
   std::vector<devices::Frame> images;
   for (const FrameRecord* record : frames) {
     images.push_back(archive.read_frame(*record));
     signal.monitor += record->monitor / static_cast<double>(frames.size());
+    signal.monitor_failed = signal.monitor_failed || (monitored && !(record->monitor > 0.0));
     signal.time_s +=
         devices::to_seconds(record->exposure_start) / static_cast<double>(frames.size());
     signal.longest_exposure_s =
         std::max(signal.longest_exposure_s, devices::to_seconds(record->exposure));
     signal.pixel_format = images.back().pixel_format;
   }
+  if (!monitored) signal.monitor = 1.0;
   instrument::SensorModel sensor = instrument.sensor;
   std::vector<instrument::Exposure> bracket;
   for (const devices::Frame& image : images) {

@@ -33,16 +33,22 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
 /// Signal of one lit channel in one pose.
 struct ChannelSignal {
   instrument::MergedSignal merged;
-  double monitor = 0.0;  ///< mean over the frames
-  double time_s = 0.0;   ///< mean start of exposure, session clock
+  double monitor = 0.0;         ///< mean over the frames; 1 in an archive without a monitor
+  bool monitor_failed = false;  ///< the archive has a monitor, and it read nothing in some frame
+  double time_s = 0.0;          ///< mean start of exposure, session clock
   double longest_exposure_s = 0.0;
   devices::PixelFormat pixel_format = devices::PixelFormat::mono;
 };
 
-/// Reads, checks and merges the frames of a bracket.
+/// Whether the lamp was monitored: one reading above 0 in a frame with the lamp on. Decided for the
+/// whole archive, since a reading of 0 elsewhere then is a monitor that failed, not one that is not
+/// there.
+bool has_monitor(const SessionReader& archive);
+
+/// Reads, checks and merges the frames of a bracket. `monitored`: see has_monitor().
 ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,
                            const std::vector<const FrameRecord*>& frames,
-                           const BackgroundMaps& background);
+                           const BackgroundMaps& background, bool monitored);
 
 /// Which lamp channel and which pixels make each of R, G, B.
 class ColourLayout {

@@ -136,7 +136,8 @@ Regions white_regions(const instrument::Instrument& instrument, const SessionOpt
     return regions_of(instrument, pose, options.white_patch_mm, options.white_patch_half_width_mm,
                       1);
   }
-  return regions_of(instrument, pose, Eigen::Vector2d::Zero(), options.sample_half_width_mm);
+  return regions_of(instrument, pose, Eigen::Vector2d::Zero(),
+                    options.white_half_width_mm.value_or(options.sample_half_width_mm));
 }
 
 rig::Joints white_joints(const rig::RigDescription& rig) {

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -18,6 +19,10 @@ namespace {
 
 /// A spot whose value is below this many of its sigmas is marked dark.
 constexpr double kDarkSigmas = 3.0;
+
+/// Of the white over a session, relative, after the lamp monitor. More is no drift of a warm lamp;
+/// its share of u_common then passes that of a good white reference.
+constexpr double kUsualDrift = 0.02;
 
 /// One pixel inside a spot.
 struct SpotPixel {
@@ -192,6 +197,8 @@ void ReductionOptions::validate() const {
           sample_half_width_mm, "more than edge_margin_mm + spot_half_width_mm");
   require(min_usable_fraction > 0.0 && min_usable_fraction <= 1.0, "min_usable_fraction",
           min_usable_fraction, "above 0, at most 1");
+  const double white_mm = white_half_width_mm.value_or(sample_half_width_mm);
+  require(white_mm > edge_margin_mm, "white_half_width_mm", white_mm, "more than edge_margin_mm");
   require(white_patch_half_width_mm > 0.0, "white_patch_half_width_mm", white_patch_half_width_mm,
           "above 0");
 }
@@ -210,10 +217,18 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   int dark_frames = 0;
   const std::vector<double> offset_dn =
       mean_dark(archive, instrument.sensor, pixel_count, dark_frames);
+  const bool monitored = has_monitor(archive);
   const WhiteLevel white =
-      white_level(archive, instrument, options, colours, offset_dn, dark_frames, place);
+      white_level(archive, instrument, options, colours, offset_dn, dark_frames, monitored, place);
+  reduction.warnings.insert(reduction.warnings.end(), white.warnings.begin(), white.warnings.end());
   reduction.white_constant = white.visits.front().constant;
   reduction.white_drift_relative = white.drift();
+  if (std::abs(white.drift()) > kUsualDrift) {
+    reduction.warnings.push_back(
+        fmt::format("white drift: the closing white is {:+.1f} % off the opening one, expected "
+                    "within {:g} %; lamp or camera changed during the session",
+                    100.0 * white.drift(), 100.0 * kUsualDrift));
+  }
   const double u_drift = std::abs(white.drift()) / std::sqrt(12.0);
 
   for (const auto& [index, frames] : frames_of_measured_points(archive, reduction.warnings)) {
@@ -227,7 +242,14 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
         background_maps(archive, instrument.sensor, offset_dn, dark_frames, frames.lamp_off);
     std::vector<ChannelSignal> signals;
     for (const std::string& channel : colours.channels()) {
-      signals.push_back(merge_frames(archive, instrument, frames.lit.at(channel), background));
+      signals.push_back(
+          merge_frames(archive, instrument, frames.lit.at(channel), background, monitored));
+    }
+    if (std::any_of(signals.begin(), signals.end(),
+                    [](const ChannelSignal& signal) { return signal.monitor_failed; })) {
+      reduction.warnings.push_back(
+          fmt::format("point {}: the lamp monitor read nothing, left out", index));
+      continue;
     }
     const rig::RigPose pose =
         rig::forward(instrument.rig, frames.lit.begin()->second.front()->joints);
@@ -262,8 +284,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           usable = false;
           break;
         }
-        const double monitor = signal.monitor > 0.0 ? signal.monitor : 1.0;
-        const double constant = white.at(signal.time_s)[colour] * monitor;
+        const double constant = white.at(signal.time_s)[colour] * signal.monitor;
         const double value = sum / (constant * factor);
         const double prnu = instrument.sensor.prnu / std::sqrt(static_cast<double>(used));
         sample.value_per_sr[colour] = value;

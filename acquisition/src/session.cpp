@@ -228,6 +228,8 @@ void SessionOptions::validate() const {
   require(white_frames >= 1 && white_frames <= 1000, "white_frames", white_frames, "1 to 1000");
   require(dark_frames >= 1 && dark_frames <= 1000, "dark_frames", dark_frames, "1 to 1000");
   require(sample_half_width_mm > 0.0, "sample_half_width_mm", sample_half_width_mm, "above 0");
+  const double white_mm = white_half_width_mm.value_or(sample_half_width_mm);
+  require(white_mm > 0.0, "white_half_width_mm", white_mm, "above 0");
   require(white_patch_half_width_mm > 0.0, "white_patch_half_width_mm", white_patch_half_width_mm,
           "above 0");
   require(retries >= 0 && retries <= 100, "retries", retries, "0 to 100");

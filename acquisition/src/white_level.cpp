@@ -1,5 +1,7 @@
 #include "white_level.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -64,7 +66,7 @@ double WhiteLevel::drift() const {
 
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
-                       const std::vector<double>& offset_dn, int dark_frames,
+                       const std::vector<double>& offset_dn, int dark_frames, bool monitored,
                        const std::filesystem::path& place) {
   WhiteLevel level;
   for (const Visit& visit : visits_of(archive)) {
@@ -73,15 +75,22 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
         background_maps(archive, instrument.sensor, offset_dn, dark_frames, visit.lamp_off);
     std::vector<ChannelSignal> signals;
     for (const std::string& channel : colours.channels()) {
-      signals.push_back(merge_frames(archive, instrument, visit.frames.at(channel), background));
+      signals.push_back(
+          merge_frames(archive, instrument, visit.frames.at(channel), background, monitored));
+    }
+    if (std::any_of(signals.begin(), signals.end(),
+                    [](const ChannelSignal& signal) { return signal.monitor_failed; })) {
+      level.warnings.push_back(fmt::format(
+          "white at {:.0f} s: the lamp monitor read nothing, left out", signals.front().time_s));
+      continue;
     }
     const rig::Joints& joints = visit.frames.begin()->second.front()->joints;
     const rig::RigPose pose = rig::forward(instrument.rig, joints);
     const Eigen::Vector2d centre =
         options.white_in_frame ? options.white_patch_mm : Eigen::Vector2d::Zero();
-    const double half_width = options.white_in_frame
-                                  ? options.white_patch_half_width_mm
-                                  : options.sample_half_width_mm - options.edge_margin_mm;
+    const double whole_mm = options.white_half_width_mm.value_or(options.sample_half_width_mm);
+    const double half_width = options.white_in_frame ? options.white_patch_half_width_mm
+                                                     : whole_mm - options.edge_margin_mm;
     std::array<Sums, 3> sums;
     const int width = instrument.camera.width_px;
     for (int row = 0; row < instrument.camera.height_px; ++row) {
@@ -116,10 +125,9 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
     for (int colour = 0; colour < 3; ++colour) {
       const Sums& sum = sums[static_cast<std::size_t>(colour)];
       const ChannelSignal& signal = signals[colours.channel_of(colour)];
-      const double monitor = signal.monitor > 0.0 ? signal.monitor : 1.0;
       usable = usable && sum.expected > 0.0 && sum.signal > 0.0 &&
                sum.bad <= kMaxBadFraction * (sum.used + sum.bad);
-      found.constant[colour] = sum.signal / (sum.expected * monitor);
+      found.constant[colour] = sum.signal / (sum.expected * signal.monitor);
       found.relative_sigma[colour] = std::sqrt(sum.variance) / sum.signal;
       found.time_s += signal.time_s / 3.0;
     }

@@ -14,7 +14,8 @@ struct WhiteLevel {
     brdf::Rgb constant;  ///< per unit of lamp monitor
     brdf::Rgb relative_sigma;
   };
-  std::vector<Visit> visits;  ///< in time
+  std::vector<Visit> visits;          ///< in time
+  std::vector<std::string> warnings;  ///< visits that cannot be used
 
   /// C over monitor at a time: linear between visits, held outside.
   brdf::Rgb at(double time_s) const;
@@ -22,10 +23,11 @@ struct WhiteLevel {
   double drift() const;
 };
 
-/// Throws DataFormatError when the archive holds no usable white frame.
+/// `monitored`: see has_monitor(). Throws DataFormatError when the archive holds no usable white
+/// frame.
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
-                       const std::vector<double>& offset_dn, int dark_frames,
+                       const std::vector<double>& offset_dn, int dark_frames, bool monitored,
                        const std::filesystem::path& place);
 
 }  // namespace gonio::acquisition

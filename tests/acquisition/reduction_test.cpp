@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "fake_rig.h"
 #include "gonio/errors/errors.h"
@@ -66,6 +67,12 @@ class Reduction : public testing::Test {
     }
     write_frame(archive, FrameKind::lamp_off, 0, "", kSample, 0.0, 0.1);
     write_point(archive, 0, outcome_);
+    if (!closing_white_) return;
+    for (const char* channel : {"R", "G", "B"}) {
+      write_frame(archive, FrameKind::white, -1, channel, kWhite,
+                  *closing_white_ * kWhiteAtCentre_dn_per_s, 0.1);
+    }
+    write_frame(archive, FrameKind::lamp_off, -1, "", kWhite, 0.0, 0.1);
   }
 
   static void write_point(SessionWriter& archive, int point, PointOutcome outcome) {
@@ -82,6 +89,7 @@ class Reduction : public testing::Test {
     // White over the same few pixels, so that the flat frame of this test is nearly true there.
     options.sample_half_width_mm = 5.5;
     options.edge_margin_mm = 2.0;
+    options.white_half_width_mm = white_half_width_mm_;
     return reduce(SessionReader(folder_), rig_.known, options);
   }
 
@@ -92,9 +100,11 @@ class Reduction : public testing::Test {
   FakeRig rig_;
   std::uint64_t frame_id_ = 0;
   PointOutcome outcome_ = PointOutcome::Measured;
+  std::optional<double> white_half_width_mm_;
   std::uint16_t camera_full_dn_ = 4095;
   double monitor_ = 1.0;
   double monitor_at_sample_ = 1.0;
+  std::optional<double> closing_white_;  ///< over the opening one
 };
 
 TEST_F(Reduction, FindsTheBrdfThatTheSignalsSayByHand) {
@@ -119,6 +129,75 @@ TEST_F(Reduction, TakesTheLampMonitorIntoAccount) {
   write_session(0.25);
   const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi / 1.25;
   EXPECT_NEAR(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 1.0, 2e-3);
+}
+
+TEST_F(Reduction, NeedsNoLampMonitor) {
+  monitor_ = monitor_at_sample_ = 0.0;
+  write_session(0.25);
+  const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi;
+  EXPECT_NEAR(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 1.0, 2e-3);
+}
+
+TEST_F(Reduction, LeavesOutAPointAtWhichTheLampMonitorReadsNothing) {
+  monitor_ = 50.0;  // its own unit: a reading of 0 taken for 1 would be off by as much
+  monitor_at_sample_ = 0.0;
+  write_session(0.25);
+  try {
+    reduce_centre();
+    FAIL() << "reduced the only point";
+  } catch (const DataFormatError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no usable point"));
+  }
+}
+
+TEST_F(Reduction, NeedsTheLampMonitorAtTheWhiteIfItReadsElsewhere) {
+  monitor_ = 0.0;
+  monitor_at_sample_ = 50.0;
+  write_session(0.25);
+  try {
+    reduce_centre();
+    FAIL() << "reduced without a monitored white";
+  } catch (const DataFormatError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("white frames"));
+  }
+}
+
+TEST_F(Reduction, UsesTheOtherWhiteWhenTheMonitorFailedAtOneAndSaysSo) {
+  monitor_ = 0.0;
+  monitor_at_sample_ = 1.0;  // the closing white's too
+  closing_white_ = 1.0;
+  write_session(0.25);
+  const auto reduced = reduce_centre();
+  EXPECT_EQ(reduced.samples.samples.size(), 1U);
+  ASSERT_EQ(reduced.warnings.size(), 1U);
+  EXPECT_THAT(reduced.warnings[0], HasSubstr("lamp monitor"));
+}
+
+TEST_F(Reduction, WarnsOfADriftOfTheWhite) {
+  closing_white_ = 0.65;
+  write_session(0.25);
+  const auto reduced = reduce_centre();
+  EXPECT_NEAR(reduced.white_drift_relative, -0.35, 1e-3);
+  ASSERT_EQ(reduced.warnings.size(), 1U);
+  EXPECT_THAT(reduced.warnings[0], HasSubstr("-35.0 %"));
+}
+
+TEST_F(Reduction, IsSilentAboutTheDriftOfAWarmLamp) {
+  closing_white_ = 0.99;
+  write_session(0.25);
+  EXPECT_TRUE(reduce_centre().warnings.empty());
+}
+
+TEST_F(Reduction, ReadsTheWhiteOverItsOwnWidth) {
+  white_half_width_mm_ = 2.5;
+  write_session(0.25);
+  // A white read over half a millimetre about its centre is what the arithmetic above is exact for.
+  const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi;
+  const auto narrow = reduce_centre().samples.samples[0].value_per_sr[1];
+  white_half_width_mm_.reset();
+  const auto wide = reduce_centre().samples.samples[0].value_per_sr[1];
+  EXPECT_NE(narrow, wide);
+  EXPECT_NEAR(narrow / expected, 1.0, 2e-3);
 }
 
 TEST_F(Reduction, SaysHowUncertainTheWhiteMakesEverySampleOfAPose) {

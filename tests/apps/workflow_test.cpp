@@ -2,8 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "workflow.h"
 
@@ -157,6 +159,47 @@ TEST_F(Workflow, LeavesOutUnreachableDirectionsWhenTold) {
   EXPECT_THAT(ended.error, HasSubstr("OCCLUDED_LAMP"));
   const auto status = nlohmann::json::parse(run({"status", "session", "--json"}).out);
   EXPECT_EQ(status["measured"], 5);
+}
+
+TEST_F(Workflow, MeasuresASampleLargerThanTheWhiteReference) {
+  folder.write("list.csv", "theta_h_deg,theta_d_deg,phi_d_deg\n3,12,28\n");
+  folder.write("large.toml",
+               kSmallRig + "[sample]\nhalf_width_mm = 40\n[white]\nhalf_width_mm = 25\n");
+  folder.write("silent.toml", kSmallRig + "[sample]\nhalf_width_mm = 40\n");
+  const auto red_values = [&](const std::string& rig) {
+    run({"measure", rig + ".toml", "--plan", "list.csv", "--material", "builtin:ivory-wall-latex",
+         "--out", rig});
+    run({"reduce", rig, "--out", rig + ".csv"});
+    std::istringstream lines(folder.read(rig + ".csv"));
+    std::vector<double> red;
+    for (std::string line; std::getline(lines, line);) {
+      if (!std::isdigit(static_cast<unsigned char>(line[0]))) continue;
+      std::istringstream cells(line);
+      std::string cell;
+      for (int column = 0; column < 4; ++column) std::getline(cells, cell, ',');
+      red.push_back(std::stod(cell));
+    }
+    return red;
+  };
+  const std::vector<double> usual = red_values("rig");
+  ASSERT_EQ(usual.size(), 25U);
+  const auto [least, most] = std::minmax_element(usual.begin(), usual.end());
+  // A matte paint: the same for all nearby directions. Holder and white would be far off.
+  constexpr double kMatte = 0.1;
+  for (const std::string rig : {"large", "silent"}) {
+    const std::vector<double> red = red_values(rig);
+    EXPECT_GE(red.size(), 15U) << "the outermost rows leave the view";
+    for (const double value : red) {
+      EXPECT_GT(value, (1.0 - kMatte) * *least) << rig;
+      EXPECT_LT(value, (1.0 + kMatte) * *most) << rig;
+    }
+  }
+}
+
+TEST_F(Workflow, RefusesAWhitePatchThatLiesOnTheSample) {
+  folder.write("rig.toml",
+               kSmallRig + "[sample]\nhalf_width_mm = 40\n[white]\nplacement = \"in_frame\"\n");
+  EXPECT_THAT(run({"rig", "check", "rig.toml"}, 2).error, HasSubstr("white.patch_mm"));
 }
 
 TEST_F(Workflow, EndsCleanlyWhenInterrupted) {

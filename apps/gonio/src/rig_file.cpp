@@ -186,6 +186,10 @@ void visit_session(ConfigVisitor& v, RigFile& file) {
     v.text("id", file.white.id, "");
     v.numbers("reflectance", {file.white.reflectance.data(), 3}, {0.01, 1.0}, "R, G, B");
     v.number("u_relative", file.white.u_relative, kShare, "its standard uncertainty");
+    double half_width_mm = session.white_half_width_mm.value_or(session.sample_half_width_mm);
+    v.number("half_width_mm", half_width_mm, {0.1, 1e4},
+             "used part of it in the sample plane; left out: as the sample");
+    session.white_half_width_mm = half_width_mm;
     v.numbers("patch_mm", {session.white_patch_mm.data(), 2}, kMillimetres,
               "centre of the in-frame patch");
     v.number("patch_half_width_mm", session.white_patch_half_width_mm, {0.1, 1e3}, "");
@@ -262,6 +266,18 @@ void check_file(const RigFile& file, const ConfigReader& reader,
   validated("session", [&] { file.session.validate(); });
   validated("sample", [&] { file.reduction.validate(); });
   validated("camera", [&] { file.world.camera.validate(); });
+  const auto beside = [&](double patch_mm) {
+    return std::abs(patch_mm) - file.session.white_patch_half_width_mm >=
+           file.session.sample_half_width_mm;
+  };
+  if (file.reduction.white_in_frame && !beside(file.session.white_patch_mm.x()) &&
+      !beside(file.session.white_patch_mm.y())) {
+    refuse("white.patch_mm",
+           fmt::format("found ({:g}, {:g}), which lies on the sample of half width {:g}, expected "
+                       "the patch beside it",
+                       file.session.white_patch_mm.x(), file.session.white_patch_mm.y(),
+                       file.session.sample_half_width_mm));
+  }
   if (file.white_light != (file.world.camera.pixel_format != devices::PixelFormat::mono)) {
     refuse("simulation.white_light",
            "white light needs a Bayer camera, and R, G, B channels a mono one");
@@ -288,6 +304,7 @@ RigFile rig_file_from_text(const std::string& text, const std::filesystem::path&
   // Said once in the file, needed by runner and reduction.
   file.reduction.sample_half_width_mm = file.session.sample_half_width_mm;
   file.reduction.spot_half_width_mm = file.session.spot_half_width_mm;
+  file.reduction.white_half_width_mm = file.session.white_half_width_mm;
   file.reduction.white_in_frame = file.session.white == acquisition::WhitePlacement::in_frame;
   file.reduction.white_patch_mm = file.session.white_patch_mm;
   file.reduction.white_patch_half_width_mm = file.session.white_patch_half_width_mm;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gonio/brdf/diffuse_models.h"
 #include "gonio/instrument/calibration_file.h"
 #include "narrower_rig.h"
 
@@ -17,6 +18,18 @@ sim::SimOptions simulated_world(const RigFile& file,
   world.scene.sample = std::move(material);
   world.seed = seed;
   world.axes.assign(file.rig.axes.size(), file.axis_errors);
+  // A target is a little larger than the part of it that is used.
+  constexpr double kSampleRim_mm = 2.0;
+  constexpr double kWhiteRim_mm = 4.0;
+  constexpr double kPatchRim_mm = 1.0;
+  const double sample_mm = file.session.sample_half_width_mm;
+  world.scene.sample_half_width_mm = sample_mm + kSampleRim_mm;
+  world.scene.white_tile_half_width_mm =
+      file.session.white_half_width_mm.value_or(sample_mm) + kWhiteRim_mm;
+  world.scene.patch_half_width_mm = file.session.white_patch_half_width_mm + kPatchRim_mm;
+  // The certificate is true of the simulated tile and patch.
+  world.scene.white_tile = std::make_shared<brdf::Lambertian>(file.white.reflectance);
+  world.scene.patch = world.scene.white_tile;
   world.scene.patch_x_mm = file.session.white_patch_mm.x();
   world.scene.patch_y_mm = file.session.white_patch_mm.y();
   // The nominal world draws its tilt with 0.05 deg rms: the same draw at this file's size.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,9 @@ struct ReductionOptions {
   double edge_margin_mm = 2.0;       ///< kept clear of the sample's edge
   double spot_half_width_mm = 2.0;   ///< pixels within it are averaged to one sub-sample
   double min_usable_fraction = 0.5;  ///< of a spot's pixels, else the sub-sample is dropped
-  bool white_in_frame = false;       ///< the white is a patch beside the sample
+  /// Of the white in the sample plane, which the same margin is kept clear of; none: the sample's.
+  std::optional<double> white_half_width_mm;
+  bool white_in_frame = false;  ///< the white is a patch beside the sample
   Eigen::Vector2d white_patch_mm{34.0, 0.0};
   double white_patch_half_width_mm = 3.0;
 
