@@ -149,10 +149,5 @@ void register_all() {
 }  // namespace gonio::design
 
 int main(int argc, char** argv) {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  gonio::design::register_all();
-  gonio::bench::add_context();
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
+  return gonio::bench::run(argc, argv, gonio::design::register_all);
 }

@@ -101,12 +101,18 @@ inline void compare(benchmark::State& state, double numpy, const std::function<v
   }
 }
 
-/// Prints revision, threads and the machine's rates above the table.
-inline void add_context() {
+/// main() of a benchmark program: registers its benchmarks and runs those the arguments choose,
+/// below revision, threads and the machine's rates.
+inline int run(int argc, char** argv, void (*register_all)()) {
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  register_all();
   benchmark::AddCustomContext("revision", gonio::revision());
   benchmark::AddCustomContext("threads", std::to_string(parallel::thread_count()));
   benchmark::AddCustomContext("sgemm_gflops", std::to_string(2e-9 * machine().multiply_adds_per_s));
   benchmark::AddCustomContext("copy_gb_per_s", std::to_string(1e-9 * machine().copied_bytes_per_s));
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
 }
 
 }  // namespace gonio::bench

@@ -93,10 +93,5 @@ void register_all() {
 }  // namespace gonio::basis
 
 int main(int argc, char** argv) {
-  benchmark::Initialize(&argc, argv);
-  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
-  gonio::basis::register_all();
-  gonio::bench::add_context();
-  benchmark::RunSpecifiedBenchmarks();
-  return 0;
+  return gonio::bench::run(argc, argv, gonio::basis::register_all);
 }

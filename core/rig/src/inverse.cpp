@@ -130,7 +130,6 @@ Inverse::Inverse(RigDescription rig, BranchSet branches)
     : state_(std::make_shared<const State>(std::move(rig), branches)) {}
 
 const RigDescription& Inverse::rig() const { return state_->rig; }
-const BranchSet& Inverse::branches() const { return state_->branches; }
 bool Inverse::closed_form() const { return state_->ideal.has_value(); }
 
 Reach Inverse::solve(const brdf::HalfDiff& direction) const {

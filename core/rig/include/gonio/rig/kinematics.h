@@ -89,7 +89,6 @@ class Inverse {
   explicit Inverse(RigDescription rig, BranchSet branches = {});
 
   const RigDescription& rig() const;
-  const BranchSet& branches() const;
 
   /// All allowed poses, branch A first if it is there. With none, the refusal says why branch A
   /// (as the direction is given) is none. `direction` may have any phi_d; phi_h is ignored.
