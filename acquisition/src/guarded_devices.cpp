@@ -94,7 +94,9 @@ void GuardedDevices::home_all() {
 }
 
 rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
-  const auto route = travel_model_.route(joints_, target);
+  // Plans keep a margin (rig::kPlanningMargin); from where the axes really stand there need be
+  // none.
+  const auto route = travel_model_.route(joints_, target, Angle());
   if (!route) {
     throw devices::DeviceError(devices::DeviceErrc::LimitViolation, "rig",
                                "keep-outs bar the way to the next pose");
@@ -109,34 +111,54 @@ rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
   return joints_;
 }
 
+void GuardedDevices::read_back(std::size_t axis) {
+  joints_[axis] = devices_.stages[axis]->wait_until_settled(options_.move_timeout);
+}
+
 void GuardedDevices::travel(const rig::Joints& target) {
   // One-sided approach: an axis that comes from above first goes past its target.
   rig::Joints below = target;
   for (std::size_t i = 0; i < target.size(); ++i) {
     below[i] = target[i] - rig::overshoot(rig_.axes[i], joints_[i], target[i]);
   }
-  const auto go = [&](const rig::Joints& to) {
+  if (rig_.simultaneous_axes) {
+    const auto go = [&](const rig::Joints& to) {
+      retrying([&] {
+        for (std::size_t i = 0; i < to.size(); ++i) devices_.stages[i]->begin_move_to(to[i]);
+        for (std::size_t i = 0; i < to.size(); ++i) read_back(i);
+      });
+    };
+    if (below != target) go(below);
+    go(target);
+    return;
+  }
+  // One axis at a time ends its approach before the next begins: the boxes that
+  // rig::keep_out_between() looks at.
+  const auto go = [&](std::size_t i, Angle to) {
     retrying([&] {
-      const auto settle = [&](std::size_t i) {
-        joints_[i] = devices_.stages[i]->wait_until_settled(options_.move_timeout);
-      };
-      for (std::size_t i = 0; i < to.size(); ++i) {
-        devices_.stages[i]->begin_move_to(to[i]);
-        if (!rig_.simultaneous_axes) settle(i);
-      }
-      if (!rig_.simultaneous_axes) return;
-      for (std::size_t i = 0; i < to.size(); ++i) settle(i);
+      devices_.stages[i]->begin_move_to(to);
+      read_back(i);
     });
   };
-  if (below != target) go(below);
-  go(target);
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    if (below[i] != target[i]) go(i, below[i]);
+    go(i, target[i]);
+  }
 }
 
 void GuardedDevices::stand_still() {
   for (devices::RotationStage* stage : devices_.stages) stage->stop();
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    devices_.stages[i]->rearm();
-    joints_[i] = devices_.stages[i]->wait_until_settled(options_.move_timeout);
+  try {
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      devices_.stages[i]->rearm();
+      read_back(i);
+    }
+  } catch (const devices::DeviceError& error) {
+    // Where the axes stand is not known, so no way from here can be checked.
+    make_safe(devices_);
+    throw devices::DeviceError(
+        devices::DeviceErrc::Fault, error.device(),
+        fmt::format("does not stand still after an error: {}", error.what()));
   }
 }
 

@@ -24,7 +24,8 @@ class GuardedDevices {
 
   void home_all();
   /// Goes there around keep-outs, each axis approached from its one side, and returns what the
-  /// encoders read. After an error the axes stand, armed, where joints() says.
+  /// encoders read. After an error the axes stand, armed, where joints() says, and another move may
+  /// be tried; when that cannot be had, the error is a Fault.
   /// Throws LimitViolation, without moving, when keep-outs bar every known way.
   rig::Joints move_to(const rig::Joints& target);
   void light(const std::string& channel);
@@ -46,6 +47,7 @@ class GuardedDevices {
   void require_running() const;
   void retrying(const std::function<void()>& call);
   void travel(const rig::Joints& target);
+  void read_back(std::size_t axis);
   void stand_still();
 
   const DeviceSet& devices_;

@@ -19,11 +19,8 @@ MeasurementPlan make_plan(const rig::Inverse& inverse,
     stops.push_back({std::move(reach.poses), point_seconds});
     reachable.push_back(direction.angles);
   }
-  rig::Joints home;
-  for (const rig::Axis& axis : inverse.rig().axes) home.push_back(axis.home);
-
   const rig::TravelModel travel(inverse.rig());
-  const rig::Tour tour = rig::shortest_tour(travel, home, stops, seed);
+  const rig::Tour tour = rig::shortest_tour(travel, inverse.rig().home(), stops, seed);
   for (const rig::TourVisit& visit : tour.visits) {
     plan.points.push_back({reachable[visit.stop], stops[visit.stop].alternatives[visit.alternative],
                            visit.travel_s, visit.travel_s + point_seconds});

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <set>
 #include <stdexcept>
 #include <tuple>
+#include <vector>
 
 namespace gonio::acquisition {
 namespace {
@@ -86,8 +89,7 @@ void check_camera(const DeviceSet& devices, const instrument::Instrument& instru
 void check_itinerary(const rig::RigDescription& rig, const MeasurementPlan& plan,
                      const rig::Joints& white) {
   const rig::TravelModel travel(rig);
-  rig::Joints home;
-  for (const rig::Axis& axis : rig.axes) home.push_back(axis.home);
+  const rig::Joints home = rig.home();
   std::vector<rig::Joints> stops{home, white};
   for (const PlannedPoint& point : plan.points) stops.push_back(point.pose.joints);
   stops.push_back(white);
@@ -142,17 +144,32 @@ Regions white_regions(const instrument::Instrument& instrument, const SessionOpt
 
 rig::Joints white_joints(const rig::RigDescription& rig) {
   const rig::Inverse inverse(rig);
+  const rig::TravelModel travel(rig);
+  const rig::Joints home = rig.home();
   // theta_i = 45 and theta_o = 0: theta_h = theta_d = 22.5, phi_d = 0. Rigs that cannot (a tilt
-  // that does not reach, a lamp that may not come so near) take the first that they can.
+  // that does not reach, a lamp that may not come so near, a keep-out in the way) take the next.
+  std::vector<brdf::HalfDiff> candidates;
   for (const double theta_d : {22.5, 20.0, 15.0, 10.0, 30.0, 40.0}) {
     for (const double theta_h : {22.5, 15.0, 7.5, 0.0, 30.0}) {
-      brdf::HalfDiff direction;
-      direction.theta_h = Angle::from_degrees(theta_h);
-      direction.theta_d = Angle::from_degrees(theta_d);
-      const rig::Reach reach = inverse.solve(direction);
-      if (!reach.poses.empty()) return reach.poses.front().joints;
+      candidates.push_back(
+          {Angle::from_degrees(theta_h), Angle::from_degrees(theta_d), Angle(), Angle()});
     }
   }
+  const Angle wanted = Angle::from_degrees(22.5);
+  std::stable_sort(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
+    const auto distance = [&](const brdf::HalfDiff& d) {
+      return std::hypot((d.theta_h - wanted).radians(), (d.theta_d - wanted).radians());
+    };
+    return distance(a) < distance(b);
+  });
+  bool reached = false;
+  for (const brdf::HalfDiff& direction : candidates) {
+    for (const rig::PoseSolution& pose : inverse.solve(direction).poses) {
+      reached = true;
+      if (travel.route(home, pose.joints) && travel.route(pose.joints, home)) return pose.joints;
+    }
+  }
+  if (reached) refuse("keep-outs bar the way from home to every pose for the white reference");
   refuse("the rig reaches no pose at which a white reference can be measured");
 }
 

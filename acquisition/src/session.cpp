@@ -60,9 +60,7 @@ class Session {
     take_white();
     report("park");
     devices_.close_shutter();
-    rig::Joints home;
-    for (const rig::Axis& axis : instrument_.rig.axes) home.push_back(axis.home);
-    devices_.move_to(home);
+    devices_.move_to(instrument_.rig.home());
     archive_.finish(devices_.now());
     result_.complete = result_.measured == static_cast<int>(plan_.points.size());
   }

@@ -41,6 +41,7 @@ class FakeStage final : public devices::RotationStage {
     if (on_move) on_move(*this);
     ++moves;
     at_ = target;
+    if (moved) moved(*this, target);
   }
   Angle wait_until_settled(std::chrono::milliseconds) override {
     refuse_when_stopped();
@@ -48,6 +49,7 @@ class FakeStage final : public devices::RotationStage {
       --failing_readings;
       throw devices::DeviceError(devices::DeviceErrc::Protocol, name_, "checksum");
     }
+    if (on_settle) on_settle();
     return at_;
   }
   void stop() noexcept override {
@@ -59,6 +61,8 @@ class FakeStage final : public devices::RotationStage {
   void creep(Angle by) { at_ += by; }
 
   std::function<void(FakeStage&)> on_move;
+  std::function<void(const FakeStage&, Angle)> moved;
+  std::function<void()> on_settle;
   Angle home_angle;
   int failing_readings = 0;
   int homings = 0;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "fake_rig.h"
+#include "gonio/rig/paths.h"
 #include "temporary_folder.h"
 
 namespace gonio::acquisition {
@@ -30,9 +31,10 @@ class Session : public testing::Test {
     }
     return "accepted";
   }
+  /// Homing is a move too.
   int moves() const {
     int sum = 0;
-    for (const auto& stage : rig_.stages) sum += stage->moves;
+    for (const auto& stage : rig_.stages) sum += stage->moves + stage->homings;
     return sum;
   }
   void expect_safe() const {
@@ -243,6 +245,30 @@ TEST_F(Session, MovesNothingWhenKeepOutsBarTheWay) {
   const MeasurementPlan plan = FakeRig().plan(directions_);
   EXPECT_THROW(run_session(rig_.devices(), rig_.known, plan, options_, archive), PreflightError);
   EXPECT_EQ(moves(), 0);
+}
+
+TEST_F(Session, MovesNothingWhenAPoseIsWithinEncoderNoiseOfAKeepOut) {
+  const MeasurementPlan plan = rig_.plan(directions_);
+  const Angle arm = plan.points.at(0).pose.joints[0];
+  const Angle other = plan.points.at(1).pose.joints[0];
+  const Angle gap = arm > other ? 0.01_deg : -0.01_deg;
+  rig_.known.rig.keep_outs.push_back(
+      {"wall",
+       {{0, std::min(arm + gap, arm + 40.0 * gap), std::max(arm + gap, arm + 40.0 * gap)}}});
+  EXPECT_EQ(rig::keep_out_at(rig_.known.rig, plan.points.at(0).pose.joints), std::nullopt);
+  SessionWriter archive(folder_, {}, {});
+  EXPECT_THROW(run_session(rig_.devices(), rig_.known, plan, options_, archive), PreflightError);
+  EXPECT_EQ(moves(), 0);
+}
+
+TEST_F(Session, MeasuresTheWhiteElsewhereWhenAKeepOutIsInItsPlace) {
+  run();
+  const rig::Joints usual = frames(FrameKind::white).at(0).joints;
+  std::filesystem::remove_all(folder_);
+  rig_.known.rig.keep_outs.push_back(
+      {"post", {{0, usual[0] - 1_deg, usual[0] + 1_deg}, {2, usual[2] - 1_deg, usual[2] + 1_deg}}});
+  EXPECT_TRUE(run().complete);
+  EXPECT_EQ(rig::keep_out_at(rig_.known.rig, frames(FrameKind::white).at(0).joints), std::nullopt);
 }
 
 TEST_F(Session, RejectsAFrameWhoseExposureIsNotTheOneAskedFor) {

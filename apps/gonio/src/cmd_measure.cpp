@@ -75,6 +75,7 @@ int measure(Context& context, const MeasureOptions& options) {
                         rig::branch_name(point.pose), point.predicted_s);
   }
   if (options.dry_run) {
+    check_simulated(session);
     context.console.result(text);
     console.say(fmt::format("{} direction(s) on {}, about {}; nothing was moved",
                             session.plan.points.size(), session.instrument.rig.name,

@@ -73,16 +73,35 @@ acquisition::SessionMetadata metadata_of(const SimulatedSession& session,
            fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
 }
 
+void check(const acquisition::DeviceSet& devices, const SimulatedSession& session) {
+  try {
+    acquisition::check_before_motion(devices, session.instrument, session.plan,
+                                     session.rig.session);
+  } catch (const acquisition::PreflightError& error) {
+    throw UsageError(error.what());
+  }
+}
+
+sim::SimGoniometer world_of(const SimulatedSession& session) {
+  return sim::SimGoniometer(simulated_world(session.rig, session.material.model, session.seed));
+}
+
 }  // namespace
+
+void check_simulated(const SimulatedSession& session) {
+  sim::SimGoniometer world = world_of(session);
+  check(devices_of(world), session);
+}
 
 acquisition::SessionResult run_simulated(const Console& console, const SimulatedSession& session,
                                          std::stop_token stop) {
-  sim::SimGoniometer world(simulated_world(session.rig, session.material.model, session.seed));
+  sim::SimGoniometer world = world_of(session);
   acquisition::DeviceSet devices = devices_of(world);
   AskingChanger person(world.target_changer());
   if (session.ask_person && session.rig.session.white == acquisition::WhitePlacement::manual) {
     devices.changer = &person;
   }
+  check(devices, session);
   const std::string calibration = instrument::to_json(session.instrument);
   Progress progress(console, "measuring");
   const auto show = [&](const acquisition::SessionProgress& now) {
@@ -98,20 +117,14 @@ acquisition::SessionResult run_simulated(const Console& console, const Simulated
     }
     console.detail(fmt::format("  {:8.1f} s  {}", now.elapsed_s, words));
   };
-  try {
-    acquisition::SessionWriter archive(
-        session.archive,
-        metadata_of(session, calibration, devices.camera->info(), devices.light->channels()),
-        {{kRigText, rig_file_text(session.rig, false)},
-         {kPlanText, session.plan_text},
-         {kCalibrationText, calibration}});
-    return acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
-                                    archive, show, std::move(stop));
-  } catch (const acquisition::PreflightError& error) {
-    // Nothing was measured, so there is nothing to keep.
-    std::filesystem::remove_all(session.archive);
-    throw UsageError(error.what());
-  }
+  acquisition::SessionWriter archive(
+      session.archive,
+      metadata_of(session, calibration, devices.camera->info(), devices.light->channels()),
+      {{kRigText, rig_file_text(session.rig, false)},
+       {kPlanText, session.plan_text},
+       {kCalibrationText, calibration}});
+  return acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
+                                  archive, show, std::move(stop));
 }
 
 StoredSession open_session(const std::filesystem::path& folder, const std::string& calibration) {

@@ -33,8 +33,11 @@ struct SimulatedSession {
   bool ask_person = false;        ///< white placement manual: ask at the terminal
 };
 
-/// Runs it; progress goes to the console. A session that is refused before anything moved leaves
-/// no archive and throws UsageError.
+/// The check before anything moves, alone. Throws UsageError.
+void check_simulated(const SimulatedSession& session);
+
+/// Checks and runs it; progress goes to the console. A session that is refused before anything
+/// moved leaves no archive and throws UsageError.
 acquisition::SessionResult run_simulated(const Console& console, const SimulatedSession& session,
                                          std::stop_token stop = {});
 

@@ -106,7 +106,7 @@ std::optional<Reason> joints_refusal_reason(const RigDescription& rig, const Joi
   for (std::size_t k = 0; k < joints.size(); ++k) {
     if (!within_limits(rig.axes[k], joints[k])) return Reason::AxisLimit;
   }
-  if (!rig.keep_outs.empty() && keep_out_at(rig, joints)) return Reason::KeepOut;
+  if (!rig.keep_outs.empty() && keep_out_at(rig, joints, kPlanningMargin)) return Reason::KeepOut;
   return std::nullopt;
 }
 
@@ -117,7 +117,7 @@ std::string joints_refusal_detail(const RigDescription& rig, const Joints& joint
     return fmt::format("{} {:.2f} deg, allowed {:.2f} to {:.2f}", axis.name, joints[k].degrees(),
                        axis.min.degrees(), axis.max.degrees());
   }
-  return keep_out_at(rig, joints).value_or("");
+  return keep_out_at(rig, joints, kPlanningMargin).value_or("");
 }
 
 }  // namespace gonio::rig

@@ -25,7 +25,7 @@ class DirectionChecks {
   double camera_distance_mm_;
 };
 
-/// What the joints must fulfil: axis limits, keep-outs.
+/// What the joints must fulfil: axis limits, keep-outs with kPlanningMargin.
 std::optional<Reason> joints_refusal_reason(const RigDescription& rig, const Joints& joints);
 std::string joints_refusal_detail(const RigDescription& rig, const Joints& joints);
 

@@ -18,14 +18,15 @@ Interval travelled(const Axis& axis, Angle from, Angle to) {
           std::max(from, to)};
 }
 
-/// Name of a keep-out that shares a point with the box.
+/// Name of a keep-out that shares a point with the box, widened by `margin` on all sides.
 std::optional<std::string> keep_out_touching(const RigDescription& rig,
-                                             const std::vector<Interval>& box) {
+                                             const std::vector<Interval>& box, Angle margin) {
   for (const KeepOut& keep_out : rig.keep_outs) {
-    const bool touched = std::all_of(
-        keep_out.ranges.begin(), keep_out.ranges.end(), [&](const KeepOut::Range& range) {
-          return box[range.axis].max >= range.min && box[range.axis].min <= range.max;
-        });
+    const bool touched = std::all_of(keep_out.ranges.begin(), keep_out.ranges.end(),
+                                     [&](const KeepOut::Range& range) {
+                                       return box[range.axis].max + margin >= range.min &&
+                                              box[range.axis].min - margin <= range.max;
+                                     });
     if (touched) return keep_out.name;
   }
   return std::nullopt;
@@ -48,7 +49,7 @@ std::vector<Interval> point_box(const Joints& joints) {
 /// The poses between two, when the axes move one after another in this order; empty when a leg is
 /// not clear. The target is not listed.
 std::optional<std::vector<Joints>> axis_by_axis(const RigDescription& rig, const Joints& from,
-                                                const Joints& to,
+                                                const Joints& to, Angle margin,
                                                 const std::vector<std::size_t>& order) {
   std::vector<Joints> stops;
   Joints at = from;
@@ -56,7 +57,7 @@ std::optional<std::vector<Joints>> axis_by_axis(const RigDescription& rig, const
     if (at[axis] == to[axis]) continue;
     Joints next = at;
     next[axis] = to[axis];
-    if (!path_is_clear(rig, at, next)) return std::nullopt;
+    if (!path_is_clear(rig, at, next, margin)) return std::nullopt;
     stops.push_back(next);
     at = next;
   }
@@ -65,22 +66,24 @@ std::optional<std::vector<Joints>> axis_by_axis(const RigDescription& rig, const
 }
 
 std::optional<std::vector<Joints>> direct_or_axis_by_axis(const RigDescription& rig,
-                                                          const Joints& from, const Joints& to) {
-  if (path_is_clear(rig, from, to)) return std::vector<Joints>{};
+                                                          const Joints& from, const Joints& to,
+                                                          Angle margin) {
+  if (path_is_clear(rig, from, to, margin)) return std::vector<Joints>{};
   if (rig.axes.size() > kMaxOrderedAxes) return std::nullopt;
   std::vector<std::size_t> order(rig.axes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   do {
-    if (auto stops = axis_by_axis(rig, from, to, order)) return stops;
+    if (auto stops = axis_by_axis(rig, from, to, margin, order)) return stops;
   } while (std::next_permutation(order.begin(), order.end()));
   return std::nullopt;
 }
 
 }  // namespace
 
-std::optional<std::string> keep_out_at(const RigDescription& rig, const Joints& joints) {
+std::optional<std::string> keep_out_at(const RigDescription& rig, const Joints& joints,
+                                       Angle margin) {
   check_sizes(rig, joints);
-  return keep_out_touching(rig, point_box(joints));
+  return keep_out_touching(rig, point_box(joints), margin);
 }
 
 Angle overshoot(const Axis& axis, Angle from, Angle target) {
@@ -89,7 +92,7 @@ Angle overshoot(const Axis& axis, Angle from, Angle target) {
 }
 
 std::optional<std::string> keep_out_between(const RigDescription& rig, const Joints& from,
-                                            const Joints& to) {
+                                            const Joints& to, Angle margin) {
   check_sizes(rig, from);
   check_sizes(rig, to);
   if (rig.keep_outs.empty()) return std::nullopt;
@@ -97,22 +100,22 @@ std::optional<std::string> keep_out_between(const RigDescription& rig, const Joi
   for (std::size_t k = 0; k < rig.axes.size(); ++k) {
     box[k] = travelled(rig.axes[k], from[k], to[k]);
     if (rig.simultaneous_axes) continue;
-    if (auto name = keep_out_touching(rig, box)) return name;
+    if (auto name = keep_out_touching(rig, box, margin)) return name;
     box[k] = {to[k], to[k]};
   }
-  return keep_out_touching(rig, box);
+  return keep_out_touching(rig, box, margin);
 }
 
-bool path_is_clear(const RigDescription& rig, const Joints& from, const Joints& to) {
-  return !keep_out_between(rig, from, to).has_value();
+bool path_is_clear(const RigDescription& rig, const Joints& from, const Joints& to, Angle margin) {
+  return !keep_out_between(rig, from, to, margin).has_value();
 }
 
 std::optional<std::vector<Joints>> way_around(const RigDescription& rig, const Joints& from,
-                                              const Joints& to) {
-  if (auto stops = direct_or_axis_by_axis(rig, from, to)) return stops;
+                                              const Joints& to, Angle margin) {
+  if (auto stops = direct_or_axis_by_axis(rig, from, to, margin)) return stops;
   const Joints home = rig.home();
-  auto there = direct_or_axis_by_axis(rig, from, home);
-  const auto back = direct_or_axis_by_axis(rig, home, to);
+  auto there = direct_or_axis_by_axis(rig, from, home, margin);
+  const auto back = direct_or_axis_by_axis(rig, home, to, margin);
   if (!there || !back) return std::nullopt;
   there->push_back(home);
   there->insert(there->end(), back->begin(), back->end());

@@ -44,9 +44,10 @@ double TravelModel::seconds(const Joints& from, const Joints& to) const {
   return rig_.simultaneous_axes ? longest : sum;
 }
 
-std::optional<TravelModel::Route> TravelModel::route(const Joints& from, const Joints& to) const {
+std::optional<TravelModel::Route> TravelModel::route(const Joints& from, const Joints& to,
+                                                     Angle margin) const {
   if (rig_.keep_outs.empty()) return Route{{}, seconds(from, to)};
-  auto stops = way_around(rig_, from, to);
+  auto stops = way_around(rig_, from, to, margin);
   if (!stops) return std::nullopt;
   Route route{std::move(*stops), 0.0};
   const Joints* at = &from;

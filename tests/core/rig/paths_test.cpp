@@ -25,6 +25,17 @@ TEST(Paths, KeepOutBordersBelongToIt) {
   EXPECT_EQ(keep_out_at(rig, joints({70.0, 0.0, 29.9})), std::nullopt);
 }
 
+TEST(Paths, MarginWidensKeepOutsForPosesAndWays) {
+  const RigDescription rig = rig_with_post();
+  EXPECT_EQ(keep_out_at(rig, joints({59.9, 0.0, 40.0}), deg(0.2)), "post");
+  EXPECT_EQ(keep_out_at(rig, joints({59.9, 0.0, 40.0}), deg(0.05)), std::nullopt);
+  const Joints from = joints({59.9, 0.0, 40.0});
+  const Joints to = joints({50.0, 0.0, 40.0});
+  EXPECT_TRUE(path_is_clear(rig, from, to));
+  EXPECT_FALSE(path_is_clear(rig, from, to, deg(0.2)));
+  EXPECT_FALSE(way_around(rig, from, to, deg(0.2)));
+}
+
 TEST(Paths, KeepOutAcrossTheWayBlocksItThoughBothEndsAreFree) {
   const RigDescription rig = rig_with_post();
   EXPECT_FALSE(path_is_clear(rig, joints({50.0, 0.0, 40.0}), joints({90.0, 0.0, 40.0})));

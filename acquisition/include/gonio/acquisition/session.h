@@ -83,6 +83,12 @@ struct SessionResult {
   bool complete = false;  ///< false: interrupted or points failed
 };
 
+/// What run_session() does first: everything that can be known to be wrong before anything moves:
+/// options, devices against rig and calibration, every point, the white in view, and a clear way
+/// along the whole itinerary. Throws PreflightError.
+void check_before_motion(const DeviceSet& devices, const instrument::Instrument& instrument,
+                         const MeasurementPlan& plan, const SessionOptions& options);
+
 /// Runs a whole session: pre-run check, home, darks, opening white, every point (axes together,
 /// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before
 /// the check has passed. Every exit path, also an exception, stops all axes and closes the shutter.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gonio/rig/kinematics.h"
+#include "gonio/rig/paths.h"
 
 namespace gonio::rig {
 
@@ -33,8 +34,9 @@ class TravelModel {
     std::vector<Joints> via;  ///< usually empty; the target is not listed
     double seconds = 0.0;
   };
-  /// Nothing when no clear way is known (way_around()).
-  std::optional<Route> route(const Joints& from, const Joints& to) const;
+  /// Nothing when no way is known that stays clear of keep-outs by `margin` (way_around()).
+  std::optional<Route> route(const Joints& from, const Joints& to,
+                             Angle margin = kPlanningMargin) const;
 
  private:
   RigDescription rig_;

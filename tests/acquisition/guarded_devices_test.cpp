@@ -1,0 +1,102 @@
+#include "guarded_devices.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "fake_rig.h"
+#include "temporary_folder.h"
+
+namespace gonio::acquisition {
+namespace {
+
+using namespace gonio::literals;
+
+constexpr std::size_t kArm = 0;
+constexpr std::size_t kTilt = 2;
+
+class GuardedDevicesTest : public testing::Test {
+ protected:
+  GuardedDevicesTest() {
+    for (auto& stage : rig_.stages) {
+      stage->moved = [this](const FakeStage& moved, Angle target) {
+        moves_.emplace_back(moved.name(), std::lround(target.degrees()));
+      };
+    }
+  }
+  GuardedDevices& devices() {
+    if (!devices_) {
+      devices_.emplace(set_, rig_.known.rig, options_, archive_, std::stop_token());
+      devices_->home_all();
+    }
+    return *devices_;
+  }
+
+  TemporaryFolder temporary_;
+  FakeRig rig_;
+  DeviceSet set_ = rig_.devices();
+  SessionOptions options_;
+  SessionWriter archive_{temporary_.path() / "session", {}, {}};
+  std::vector<std::pair<std::string, long>> moves_;  ///< of every stage in order, whole degrees
+  std::optional<GuardedDevices> devices_;
+};
+
+TEST_F(GuardedDevicesTest, AnAxisEndsItsApproachBeforeTheNextMovesWhereTheyMoveInTurn) {
+  // With the arm still 2 deg too low when the tilt comes, the sample would be inside this.
+  rig_.known.rig.keep_outs = {{"post", {{kArm, 60_deg, 80_deg}, {kTilt, 30_deg, 90_deg}}}};
+  rig_.known.rig.axes[kArm].approach_overshoot = 2_deg;
+  rig_.known.rig.simultaneous_axes = false;
+  devices().move_to({100_deg, 0_deg, 10_deg});
+  moves_.clear();
+  devices().move_to({81_deg, 0_deg, 40_deg});
+  const std::vector<std::pair<std::string, long>> in_turn{
+      {"lamp_arm", 79}, {"lamp_arm", 81}, {"azimuth", 0}, {"tilt", 40}};
+  EXPECT_EQ(moves_, in_turn);
+}
+
+TEST_F(GuardedDevicesTest, AxesGoBelowTheirTargetsTogetherWhereTheyMoveTogether) {
+  rig_.known.rig.axes[kArm].approach_overshoot = 2_deg;
+  devices().move_to({81_deg, 0_deg, 40_deg});
+  const std::vector<std::pair<std::string, long>> together{{"lamp_arm", 79}, {"azimuth", 0},
+                                                           {"tilt", 40},     {"lamp_arm", 81},
+                                                           {"azimuth", 0},   {"tilt", 40}};
+  EXPECT_EQ(moves_, together);
+}
+
+TEST_F(GuardedDevicesTest, StandsArmedWhereTheEncodersSayAfterAMoveThatFailed) {
+  options_.retries = 0;
+  devices();
+  rig_.stages[kTilt]->on_move = [](FakeStage& stage) {
+    throw devices::DeviceError(devices::DeviceErrc::Timeout, stage.name(), "did not arrive");
+  };
+  EXPECT_THROW(devices().move_to({81_deg, 0_deg, 40_deg}), devices::DeviceError);
+  EXPECT_EQ(devices().joints(), (rig::Joints{81_deg, 0_deg, 0_deg}));
+  rig_.stages[kTilt]->on_move = nullptr;
+  EXPECT_EQ(devices().move_to({85_deg, 0_deg, 40_deg}), (rig::Joints{85_deg, 0_deg, 40_deg}));
+}
+
+TEST_F(GuardedDevicesTest, CannotGoOnFromWhereItDoesNotKnowItStands) {
+  options_.retries = 0;
+  devices();
+  rig_.stages[kTilt]->on_move = [this](FakeStage& stage) {
+    rig_.stages[kArm]->on_settle = [] {
+      throw devices::DeviceError(devices::DeviceErrc::Timeout, "lamp_arm", "no answer");
+    };
+    throw devices::DeviceError(devices::DeviceErrc::Timeout, stage.name(), "did not arrive");
+  };
+  try {
+    devices().move_to({81_deg, 0_deg, 40_deg});
+    FAIL() << "the move went well";
+  } catch (const devices::DeviceError& error) {
+    EXPECT_EQ(error.code(), devices::DeviceErrc::Fault) << error.what();
+  }
+  for (const auto& stage : rig_.stages) EXPECT_TRUE(stage->stopped) << stage->name();
+}
+
+}  // namespace
+}  // namespace gonio::acquisition
