@@ -56,6 +56,15 @@ TEST_F(Workflow, DryRunMovesNothingAndLeavesNothing) {
   EXPECT_THAT(folder.names(), testing::ElementsAre("list.csv", "rig.toml"));
 }
 
+TEST_F(Workflow, DryRunRefusesWhatTheRunWouldRefuse) {
+  folder.write("blind.toml",
+               kSmallRig + "[white]\nplacement = \"in_frame\"\npatch_mm = [300.0, 0.0]\n");
+  const Ended ended = run({"measure", "blind.toml", "--plan", "list.csv", "--material",
+                           "builtin:red-pmma", "--dry-run"},
+                          2);
+  EXPECT_THAT(ended.error, HasSubstr("the white reference is not in the camera's view"));
+}
+
 TEST_F(Workflow, MeasuresAPlanInItsOwnOrderAndPoses) {
   run({"plan", "--directions", "nielsen-10", "--rig", "rig.toml", "--out", "plan.csv"});
   const Ended ended = run(
