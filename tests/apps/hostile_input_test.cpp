@@ -2,6 +2,9 @@
 // text that overflows its parser, a disk that is full.
 
 #include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <cstdlib>
 
 #include <nlohmann/json.hpp>
 
@@ -222,6 +225,25 @@ TEST_F(HostileInput, ALimitOnTheSizeOfFilesIsAnOrdinaryWriteError) {
   EXPECT_EQ(session.exit_code, 4) << session.error;
   EXPECT_THAT(session.error, HasSubstr("cannot write"));
   EXPECT_THAT(run_gonio({"status", "session"}, folder.path()).out, HasSubstr("interrupted"));
+}
+
+TEST_F(HostileInput, AResultThatCannotBeWrittenIsAnError) {
+  const std::string command = std::string("exec \"") + GONIO_PROGRAM + "\" materials list --json";
+  const auto exit_code = [&](const std::string& to) {
+    const int status = std::system(("(" + command + ") " + to + " 2>/dev/null").c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  EXPECT_EQ(exit_code("> /dev/full"), 2);
+  EXPECT_EQ(exit_code(">&-"), 2);
+  EXPECT_EQ(exit_code("> /dev/null"), 0);
+}
+
+TEST_F(HostileInput, OutputsHaveTheNamesOfTheirFormat) {
+  folder.write("samples.csv", "theta_h_deg,theta_d_deg,phi_d_deg,r,g,b\n3,12,28,1,1,1\n");
+  for (const std::string out : {"found.csv", "found", "-"}) {
+    refused({"reconstruct", "samples.csv", "--basis", "basis.h5", "--out", out}, {"--out", out});
+  }
+  refused({"sample", "builtin:slate", "--directions", "nielsen-10", "--out", "-"}, {"--out", "-"});
 }
 
 }  // namespace

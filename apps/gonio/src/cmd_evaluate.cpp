@@ -120,8 +120,8 @@ std::string trust_text(const quality::ContenderResult& result) {
     if (score.trust->coverage.in_95 < 0.9) ++below;
     const bool bad = score.errors.lighting_a.psnr_db < quality::kUsablePsnr_db;
     failed += bad ? 1 : 0;
-    flagged += bad && !score.trust->trusted ? 1 : 0;
-    false_alarms += !bad && !score.trust->trusted ? 1 : 0;
+    flagged += bad && score.trust->trusted == false ? 1 : 0;
+    false_alarms += !bad && score.trust->trusted == false ? 1 : 0;
     if (score.trust->expected_psnr_db)
       expectations.emplace_back(*score.trust->expected_psnr_db, bad);
   }
@@ -189,7 +189,11 @@ int evaluate(Context& context, const EvaluateOptions& options) {
 
   const basis::TrainingSet set = [&] {
     const PhaseTimer timer(context.console, "reading materials");
-    return load_training_set(input);
+    Progress progress(context.console, "reading materials");
+    return load_training_set(input, [&](double fraction) {
+      context.check_stop();
+      progress.update(fraction);
+    });
   }();
   quality::EvaluateOptions how;
   how.folds = options.folds;
@@ -236,7 +240,8 @@ int evaluate(Context& context, const EvaluateOptions& options) {
           one["expected_psnr_db"] = score.trust->expected_psnr_db
                                         ? nlohmann::ordered_json(*score.trust->expected_psnr_db)
                                         : nlohmann::ordered_json(nullptr);
-          one["trusted"] = score.trust->trusted;
+          one["trusted"] = score.trust->trusted ? nlohmann::ordered_json(*score.trust->trusted)
+                                                : nlohmann::ordered_json(nullptr);
         }
         materials.push_back(std::move(one));
       }

@@ -38,6 +38,10 @@ int reconstruct(Context& context, const ReconstructOptions& options) {
   require_output(options.out, options.force, {options.input, options.basis});
   // Also without bands: those of another result must not stay beside this one.
   require_output(bands_path.string(), options.force, {options.input, options.basis});
+  if (std::filesystem::path(options.out).extension() != ".binary") {
+    throw UsageError("--out: found " + options.out + ", expected a name that ends in .binary",
+                     "gonio convert writes it in other formats");
+  }
   const samples::SampleSet samples = samples_input(context.console, options.input);
   const basis::Basis basis = [&] {
     const PhaseTimer timer(context.console, "reading the basis");
@@ -99,7 +103,7 @@ int reconstruct(Context& context, const ReconstructOptions& options) {
                                   options.out, samples.samples.size(), fit.chi2_per_sample,
                                   fit.innovation_chi2_per_sample));
   context.console.result(options.json ? json_text(verdict_json(verdict)) : verdict.line + "\n");
-  return verdict.trusted ? kSuccess : kDoNotTrust;
+  return verdict.trusted.value_or(true) ? kSuccess : kDoNotTrust;
 }
 
 }  // namespace
@@ -113,7 +117,7 @@ void add_reconstruct(const Command& root) {
   command.text("SESSION_OR_SAMPLES", options->input, "Session archive or samples.csv",
                Need::required);
   command.text("--basis", options->basis, "Basis file", Need::required);
-  command.text("--out", options->out, "MERL file to write", Need::required);
+  command.text("--out", options->out, "MERL file to write (X.binary)", Need::required);
   command.choice("--method", options->method, {"auto", "ridge", "kernel", "nielsen"},
                  "How to fit; auto weighs ridge and kernels by evidence, nielsen is as published");
   command.text("--eta", options->eta,

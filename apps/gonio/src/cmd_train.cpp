@@ -86,7 +86,11 @@ int train(Context& context, const TrainOptions& options) {
   }
   const auto set = [&] {
     const PhaseTimer timer(context.console, "reading materials");
-    return load_training_set(input);
+    Progress progress(context.console, "reading materials");
+    return load_training_set(input, [&](double fraction) {
+      context.check_stop();
+      progress.update(fraction);
+    });
   }();
   context.check_stop();
   const int wanted = options.components > 0 ? options.components

@@ -4,10 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
+#include "gonio/errors/errors.h"
 #include "printable.h"
 
 namespace gonio::cli {
@@ -24,6 +26,7 @@ void print_error(std::string_view text) {
 
 constexpr auto kFirstLineAfter = std::chrono::seconds(2);
 constexpr auto kLineEvery = std::chrono::seconds(5);
+constexpr double kEstimatedFrom = 0.05;
 constexpr auto kDrawEvery = std::chrono::milliseconds(100);
 
 }  // namespace
@@ -34,8 +37,12 @@ Console::Console()
 
 void Console::result(std::string_view text) const {
   const std::string shown = printable_text(text);
-  std::fwrite(shown.data(), 1, shown.size(), stdout);
-  std::fflush(stdout);
+  const bool written = std::fwrite(shown.data(), 1, shown.size(), stdout) == shown.size();
+  if (written && std::fflush(stdout) == 0) return;
+  const int error = errno;
+  std::clearerr(stdout);
+  // A reader that has seen enough ("gonio plan | head") is no error.
+  if (error != EPIPE) throw FileError("standard output", "write", error);
 }
 
 void Console::say(std::string_view line) const {
@@ -72,7 +79,9 @@ Progress::~Progress() {
 
 void Progress::update(double fraction, std::string_view text) {
   const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-  update(fraction, text, fraction > 0.0 ? elapsed * (1.0 - fraction) / fraction : -1.0);
+  // What the first steps took says little about the rest.
+  const bool known = fraction >= kEstimatedFrom;
+  update(fraction, text, known ? elapsed * (1.0 - fraction) / fraction : -1.0);
 }
 
 void Progress::update(double fraction, std::string_view text, double remaining_s) {

@@ -17,7 +17,8 @@ class Console {
 
   Console();
 
-  /// A result: a table, a verdict, JSON.
+  /// A result: a table, a verdict, JSON. Throws FileError when it cannot be written, unless the
+  /// reader went away.
   void result(std::string_view text) const;
   /// What the program is doing or has done; not with -q.
   void say(std::string_view line) const;
@@ -44,7 +45,7 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `fraction` in [0, 1]. The time left is estimated from the time taken.
+  /// `fraction` in [0, 1]. The time left is estimated from the time taken, once there is enough.
   void update(double fraction, std::string_view text = {});
   /// With the time left known better, as by a session's own clock.
   void update(double fraction, std::string_view text, double remaining_s);

@@ -1,3 +1,5 @@
+#include <fcntl.h>
+
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -5,7 +7,20 @@
 #include "command.h"
 #include "printable.h"
 
+namespace {
+
+/// A standard descriptor that the caller closed would become the next file that is opened, and
+/// results or messages would go into it. Closed for writing they fail instead.
+void hold_standard_descriptors() {
+  for (int descriptor = 0; descriptor < 3; ++descriptor) {
+    if (fcntl(descriptor, F_GETFD) == -1) open("/dev/null", O_RDONLY);
+  }
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
+  hold_standard_descriptors();
   // A reader that goes away ("gonio plan | head") is an error to report, not a reason to die.
   std::signal(SIGPIPE, SIG_IGN);
   // So is a limit on the size of files (`ulimit -f`): writing then fails like on a full disk.

@@ -210,9 +210,14 @@ TrainingInput training_input(const std::vector<std::string>& words,
   return input;
 }
 
-basis::TrainingSet load_training_set(const TrainingInput& input) {
+basis::TrainingSet load_training_set(const TrainingInput& input,
+                                     const std::function<void(double)>& on_progress) {
+  const auto report = [&](std::size_t done) {
+    on_progress(static_cast<double>(done) / static_cast<double>(input.size()));
+  };
   basis::TrainingSet set(input.scale);
   for (const brdf::BuiltinMaterial* material : input.builtins) {
+    report(set.material_count());
     basis::MaterialId id{material->name, material->family, ""};
     id.source = kBuiltin;
     if (input.scale == brdf::RadiometricScale::si) {
@@ -223,7 +228,7 @@ basis::TrainingSet load_training_set(const TrainingInput& input) {
     set.add(std::move(id),
             brdf::Mixture({{brdf::Rgb::Constant(id.scale_factor), material->model}}));
   }
-  set.add_files(input.files);
+  set.add_files(input.files, [&](std::size_t done) { report(input.builtins.size() + done); });
   return set;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -76,6 +77,9 @@ struct TrainingInput {
 TrainingInput training_input(const std::vector<std::string>& words,
                              const std::vector<std::string>& excluded, const ScaleWish& wish);
 
-basis::TrainingSet load_training_set(const TrainingInput& input);
+/// `on_progress`  Called on this thread with the fraction read so far; what it throws ends the
+/// work.
+basis::TrainingSet load_training_set(const TrainingInput& input,
+                                     const std::function<void(double)>& on_progress);
 
 }  // namespace gonio::cli

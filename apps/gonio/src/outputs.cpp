@@ -10,6 +10,7 @@
 namespace gonio::cli {
 
 void require_output(const std::string& out, bool force, std::initializer_list<std::string> inputs) {
+  if (out == "-") throw UsageError("--out: found '-', expected the name of a file");
   std::error_code ignored;  // what does not exist is no input
   std::vector<std::filesystem::path> written{out};
   if (written[0].extension() == ".binary") written.push_back(brdf::merl_sidecar_path(out));

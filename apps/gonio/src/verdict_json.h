@@ -9,7 +9,10 @@ namespace gonio::cli {
 /// A verdict with the figures it rests on (docs/formats.md); what is not known is null.
 inline nlohmann::ordered_json verdict_json(const quality::Verdict& verdict) {
   nlohmann::ordered_json json = {
-      {"trusted", verdict.trusted}, {"line", verdict.line}, {"reasons", verdict.reasons}};
+      {"trusted", verdict.trusted ? nlohmann::ordered_json(*verdict.trusted)
+                                  : nlohmann::ordered_json(nullptr)},
+      {"line", verdict.line},
+      {"reasons", verdict.reasons}};
   const auto number = [&](const char* name, auto member) {
     json[name] = verdict.outlook ? nlohmann::ordered_json((*verdict.outlook).*member)
                                  : nlohmann::ordered_json(nullptr);

@@ -19,7 +19,8 @@ struct Verdict {
 
 Verdict verdict_of(const ReportData& data) {
   if (!data.verdict.empty()) {
-    return {data.trusted ? "passed" : "failed", escaped(data.verdict)};
+    const std::string_view css = !data.trusted ? "remark" : *data.trusted ? "passed" : "failed";
+    return {css, escaped(data.verdict)};
   }
   bool remark = !data.warnings.empty();
   for (const CheckResult& check : data.checks) {
@@ -164,6 +165,7 @@ std::string lobes_section(const ReportData& data) {
       "<span style=\"color:var(--g)\"><i></i>green</span>"
       "<span style=\"color:var(--b)\"><i></i>blue</span><span><i></i>reconstruction</span>";
   if (data.truth) body += "<span><i class=\"d\"></i>truth</span>";
+  if (data.methods.front().lower_95) body += "<span>shaded: 95 % band</span>";
   body += "<span>dotted: mirror direction</span></div>\n";
   return section(
       "In the plane of incidence",

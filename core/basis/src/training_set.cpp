@@ -87,7 +87,8 @@ void TrainingSet::add(MaterialId id, const brdf::BrdfModel& model) {
   fill_missing();
 }
 
-void TrainingSet::add_files(std::span<const MaterialFile> files) {
+void TrainingSet::add_files(std::span<const MaterialFile> files,
+                            const std::function<void(std::size_t)>& on_progress) {
   std::vector<MaterialId> ids(files.size());
   for (std::size_t i = 0; i < files.size(); ++i) {
     ids[i].name = files[i].path.stem().string();
@@ -110,7 +111,7 @@ void TrainingSet::add_files(std::span<const MaterialFile> files) {
   // One file per task: what is inside a task then runs on one thread, reading overlaps with
   // mapping, and no more than one table per thread is in memory.
   std::vector<Mapped> mapped(files.size());
-  parallel::for_each_block(0, files.size(), 1, [&](std::size_t i, std::size_t) {
+  const auto read = [&](std::size_t i, std::size_t) {
     BrdfTable table = brdf::read_material(files[i].path);
     try {
       if (files[i].scale_factor && table.scale() != scale_) {
@@ -126,7 +127,13 @@ void TrainingSet::add_files(std::span<const MaterialFile> files) {
     const bool merl = brdf::material_format(files[i].path) == brdf::MaterialFormat::merl;
     const auto sidecar = merl ? brdf::read_merl_sidecar(files[i].path) : std::nullopt;
     ids[i].sha256 = sidecar ? sidecar->binary_sha256 : files::sha256_of_file(files[i].path);
-  });
+  };
+  // In batches, so that a caller hears how far it is.
+  const std::size_t batch = 4 * parallel::thread_count();
+  for (std::size_t done = 0; done < files.size(); done += batch) {
+    if (on_progress) on_progress(done);
+    parallel::for_each_block(done, std::min(done + batch, files.size()), 1, read);
+  }
 
   materials_.reserve(materials_.size() + files.size());
   mapped_.reserve(mapped_.size() + files.size());

@@ -111,8 +111,8 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
     reasons.push_back(fmt::format("{:.0f} % of the directions came out below zero",
                                   100.0 * verdict.clamped_share));
   }
-  verdict.trusted = reasons.empty();
-  if (!verdict.trusted) {
+  if (!reasons.empty()) {
+    verdict.trusted = false;
     verdict.line = "do not trust: ";
     for (std::size_t i = 0; i < reasons.size(); ++i) {
       verdict.line += (i > 0 ? "; " : "") + reasons[i];
@@ -120,15 +120,20 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
     verdict.line += "; " + advice;
     return verdict;
   }
-  verdict.line = "trust:";
-  if (verdict.outlook) {
-    verdict.line += fmt::format(" a picture of it is expected at {:.0f} dB (usable from {:.0f})",
-                                verdict.outlook->expected_psnr_db, kUsablePsnr_db);
-  } else {
-    verdict.line += " the samples fit the training materials";
+  if (!verdict.outlook) {
+    const int materials = static_cast<int>(basis.materials.size());
+    verdict.line = "cannot tell: the samples fit the training materials, but " +
+                   (materials < kFewestMaterials
+                        ? fmt::format("{} are too few to foresee an error ({} at least)", materials,
+                                      kFewestMaterials)
+                        : std::string("this method foresees no error (the method auto does)"));
+    return verdict;
   }
+  verdict.trusted = true;
+  verdict.line = fmt::format("trust: a picture of it is expected at {:.0f} dB (usable from {:.0f})",
+                             verdict.outlook->expected_psnr_db, kUsablePsnr_db);
   if (verdict.grazing_half_width) {
-    verdict.line += fmt::format(", grazing directions to about {:.0f} %",
+    verdict.line += fmt::format(", two in three grazing values within {:.0f} %",
                                 100.0 * std::expm1(*verdict.grazing_half_width));
   }
   return verdict;

@@ -75,7 +75,7 @@ struct ReportData {
   std::string material;
   std::string summary;  ///< one sentence under the title; may be empty
   std::string verdict;  ///< one line; empty: what the checks say together stands in its place
-  bool trusted = true;  ///< what `verdict` comes to
+  std::optional<bool> trusted;  ///< what `verdict` comes to; nothing: it cannot tell
   std::shared_ptr<const brdf::BrdfTable> truth;  ///< null where it is not known
   std::vector<MethodResult> methods;  ///< the first is the one reported and needs a table
   std::vector<FittedSample> samples;

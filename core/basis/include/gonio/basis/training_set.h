@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -57,8 +58,11 @@ class TrainingSet {
 
   /// Reads and adds material files, several at a time (35 MB of memory each while it is read). The
   /// material's name is the file name without its extension, its sha256 that of the file.
+  /// `on_progress`  Called on this thread with the number of files read so far; what it throws is
+  ///                passed on.
   /// Throws DataFormatError naming the file, also for what add() refuses.
-  void add_files(std::span<const MaterialFile> files);
+  void add_files(std::span<const MaterialFile> files,
+                 const std::function<void(std::size_t)>& on_progress = {});
 
   std::size_t material_count() const { return materials_.size(); }
   const std::vector<MaterialId>& materials() const { return materials_; }

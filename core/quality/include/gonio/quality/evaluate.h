@@ -72,7 +72,7 @@ struct Trust {
   Coverage coverage;
   /// Outlook::expected_psnr_db; empty with too few training materials.
   std::optional<double> expected_psnr_db;
-  bool trusted = true;
+  std::optional<bool> trusted;
 };
 
 /// What a contender did on one material that neither basis, design nor any setting has seen.

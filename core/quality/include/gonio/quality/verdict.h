@@ -52,16 +52,18 @@ constexpr int kFewestMaterials = 12;
 std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit);
 
 struct Verdict {
-  bool trusted = true;
-  /// One plain line: "trust: ..." or "do not trust: REASON; REASON; measure ...".
+  /// Nothing where no error can be foreseen (no outlook) and nothing speaks against the result.
+  std::optional<bool> trusted;
+  /// One plain line: "trust: ...", "do not trust: REASON; REASON; ADVICE" or "cannot tell: ...".
   std::string line;
-  std::vector<std::string> reasons;  ///< against it; empty when trusted
+  std::vector<std::string> reasons;  ///< against it; empty unless it is not to be trusted
   std::optional<Outlook> outlook;
   EnergyCheck energy;
   ReciprocityCheck reciprocity;
   double clamped_share = 0.0;  ///< of the cells above the horizon
   /// Half width of the 68 % band, root mean square over cells with max(theta_i, theta_o) in
-  /// [65, 85] deg, nepers; empty without bands.
+  /// [65, 85] deg, nepers; empty without bands. No error of the whole grazing ring: two values in
+  /// three are foreseen within it, the others may be far outside.
   std::optional<double> grazing_half_width;
 };
 
