@@ -189,7 +189,7 @@ TEST(Verdict, MeasuresGrazingConfidenceFromTheBands) {
   const Verdict verdict =
       judge(trained(), samples, fit, basis::expand(trained(), fit.coefficients), &bands);
   EXPECT_NEAR(verdict.grazing_half_width.value(), 0.3, 1e-6);
-  EXPECT_THAT(verdict.line, HasSubstr("grazing directions to about 35 %"));
+  EXPECT_THAT(verdict.line, HasSubstr("two in three grazing values within 35 %"));
 }
 
 }  // namespace
