@@ -12,8 +12,6 @@
 namespace gonio::sim {
 namespace {
 
-constexpr double kNominalTiltDeg = 0.05;
-
 [[noreturn]] void refuse(const std::string& field, double found, const char* expected) {
   throw std::invalid_argument(fmt::format("{}: found {}, expected {}", field, found, expected));
 }

@@ -28,9 +28,10 @@ struct RigFile {
   instrument::WhiteReference white;
   /// The simulated world. Its rig and material are filled in by simulated_world().
   sim::SimOptions world;
-  bool white_light = false;                    ///< one white lamp channel instead of R, G, B
-  Angle tilt_rms = Angle::from_degrees(0.05);  ///< of the sample's normal, per axis and session
-  sim::AxisOptions axis_errors;                ///< the same for every axis
+  bool white_light = false;  ///< one white lamp channel instead of R, G, B
+  Angle tilt_rms =
+      Angle::from_degrees(sim::kNominalTiltDeg);  ///< of the sample's normal, per axis and session
+  sim::AxisOptions axis_errors;                   ///< the same for every axis
   std::string material;  ///< lies on the simulated rig when none is named; may be empty
 
   std::filesystem::path path;  ///< the file; empty for the built-in default

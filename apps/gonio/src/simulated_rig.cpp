@@ -8,6 +8,12 @@
 #include "narrower_rig.h"
 
 namespace gonio::cli {
+namespace {
+
+/// Relative, k = 1: what lamp monitor and field are trusted to on a rig that was not calibrated.
+constexpr double kNominalLampUncertainty = 0.001;
+
+}  // namespace
 
 sim::SimOptions simulated_world(const RigFile& file,
                                 std::shared_ptr<const brdf::BrdfModel> material,
@@ -32,8 +38,8 @@ sim::SimOptions simulated_world(const RigFile& file,
   world.scene.patch = world.scene.white_tile;
   world.scene.patch_x_mm = file.session.white_patch_mm.x();
   world.scene.patch_y_mm = file.session.white_patch_mm.y();
-  // The nominal world draws its tilt with 0.05 deg rms: the same draw at this file's size.
-  const double size = file.tilt_rms / Angle::from_degrees(0.05);
+  // The same draw as the nominal world's, at this file's size.
+  const double size = file.tilt_rms / Angle::from_degrees(sim::kNominalTiltDeg);
   world.sample_mount.tilt_about_x = nominal.sample_mount.tilt_about_x * size;
   world.sample_mount.tilt_about_y = nominal.sample_mount.tilt_about_y * size;
   return world;
@@ -68,7 +74,7 @@ instrument::Instrument nominal_instrument(const RigFile& file) {
   known.lamp_field = {lamp.field[0], lamp.field[1], lamp.field[2], lamp.field[3], lamp.field[4]};
   known.white = file.white;
   known.u_normal = file.tilt_rms;
-  known.u_lamp_relative = 0.001;
+  known.u_lamp_relative = kNominalLampUncertainty;
   return known;
 }
 

@@ -180,9 +180,12 @@ struct SimOptions {
   void validate() const;
 };
 
+/// Root mean square of the two angles by which a sample's normal is off on the nominal rig.
+inline constexpr double kNominalTiltDeg = 0.05;
+
 /// The world of the demonstration: the rig exactly as described, LA-2 with the camera at 350 mm
 /// and the lamp at 500 mm, everything a session can know about camera and lamp at its default, and
-/// one thing it cannot: the sample's normal is off by two angles of 0.05 deg rms, drawn from
+/// one thing it cannot: the sample's normal is off by two angles of kNominalTiltDeg rms, drawn from
 /// `seed`. The 320 x 256 px window sees 0.25 mm per px; the white tile under normal incidence comes
 /// to half saturation in 20 ms. Throws std::invalid_argument without a material.
 SimOptions nominal_options(std::shared_ptr<const brdf::BrdfModel> material, std::uint64_t seed);
