@@ -24,8 +24,6 @@ std::string_view to_string(PointOutcome outcome) {
       return "saturated";
     case PointOutcome::TooDark:
       return "too_dark";
-    case PointOutcome::Skipped:
-      return "skipped";
     case PointOutcome::Failed:
       return "failed";
   }

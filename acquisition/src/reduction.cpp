@@ -221,7 +221,6 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   const WhiteLevel white =
       white_level(archive, instrument, options, colours, offset_dn, dark_frames, monitored, place);
   reduction.warnings.insert(reduction.warnings.end(), white.warnings.begin(), white.warnings.end());
-  reduction.white_constant = white.visits.front().constant;
   reduction.white_drift_relative = white.drift();
   if (std::abs(white.drift()) > kUsualDrift) {
     reduction.warnings.push_back(

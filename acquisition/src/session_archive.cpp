@@ -144,9 +144,8 @@ PointRecord point_record(RowFields& fields) {
   if (branch.size() != 1) fields.fail(fmt::format("branch {:?}", branch));
   record.branch = branch.front();
   record.joints = fields.angles();
-  record.outcome =
-      fields.name({PointOutcome::Measured, PointOutcome::Saturated, PointOutcome::TooDark,
-                   PointOutcome::Skipped, PointOutcome::Failed});
+  record.outcome = fields.name({PointOutcome::Measured, PointOutcome::Saturated,
+                                PointOutcome::TooDark, PointOutcome::Failed});
   record.note = fields.text();
   record.finished_at = fields.nanoseconds();
   return record;

@@ -255,7 +255,6 @@ std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit)
   found.left_out_innovations = sorted(fit.likeness.left_out_innovation);
   found.nearest = std::sqrt(distance.minCoeff());
   found.left_out_nearest = sorted(nearest.cwiseSqrt());
-  found.left_out_psnr_db = sorted(scores);
   return found;
 }
 

@@ -32,7 +32,6 @@ struct Reduction {
   samples::SampleSet samples;
   std::vector<std::string> warnings;  ///< dropped sub-samples, white drift, damage found
   double white_drift_relative = 0.0;  ///< closing over opening white, worst channel, minus 1
-  brdf::Rgb white_constant;           ///< C of the measurement equation, DN mm^2 sr / s
 };
 
 /// Pure function of archive, instrument and options. Independent sigma from the noise model, sigma

@@ -43,7 +43,7 @@ struct FrameRecord {
 };
 
 /// How a point ended.
-enum class PointOutcome { Measured, Saturated, TooDark, Skipped, Failed };
+enum class PointOutcome { Measured, Saturated, TooDark, Failed };
 std::string_view to_string(PointOutcome outcome);
 
 struct PointRecord {

@@ -16,8 +16,8 @@
 ///   1  everything else: NumericalError, CalibrationError, std::invalid_argument, ...
 ///
 /// Expected outcomes (a saturated point, an unreachable direction) are values, never exceptions.
-/// A broken precondition is std::invalid_argument. Context is added once per layer with
-/// std::throw_with_nested.
+/// A broken precondition is std::invalid_argument. The layer that knows the file, line or device
+/// names it; nothing is nested.
 namespace gonio {
 
 /// A file was read but is not what it should be.

@@ -40,7 +40,6 @@ struct Outlook {
   std::vector<double> left_out_innovations;
   double nearest = 0.0;  ///< root mean square difference of the samples to the nearest material
   std::vector<double> left_out_nearest;
-  std::vector<double> left_out_psnr_db;
 };
 
 /// Fewer left-out materials than this explain nothing.

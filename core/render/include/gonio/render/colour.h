@@ -20,8 +20,7 @@ Eigen::Array3d linear_srgb_from_lab(const Lab& lab);
 ///          Color Research and Application 30(1), 2005, equations 2 to 22.
 double delta_e_2000(const Lab& first, const Lab& second);
 
-/// The sRGB transfer curve, per value in [0, 1], and its inverse.
+/// The sRGB transfer curve, per value in [0, 1].
 double srgb_encode(double linear);
-double srgb_decode(double encoded);
 
 }  // namespace gonio::render
