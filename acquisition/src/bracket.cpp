@@ -94,7 +94,7 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
 
   const auto expose = [&](std::chrono::nanoseconds exposure) {
     FrameRecord own = record;
-    const devices::Frame frame = capture_standing(devices, options, exposure, own, archive);
+    const devices::Frame frame = capture_standing(devices, exposure, own);
     own.monitor = devices.read_monitor();
     archive.append(std::move(own), frame);
     ++taken;

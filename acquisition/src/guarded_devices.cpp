@@ -93,7 +93,20 @@ void GuardedDevices::home_all() {
   }
 }
 
+rig::Joints GuardedDevices::read_joints() {
+  rig::Joints joints;
+  retrying([&] {
+    joints.clear();
+    for (devices::RotationStage* stage : devices_.stages) {
+      joints.push_back(stage->wait_until_settled(options_.move_timeout));
+    }
+  });
+  return joints;
+}
+
 rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
+  // An axis may have crept since it arrived.
+  joints_ = read_joints();
   // Plans keep a margin (rig::kPlanningMargin); from where the axes really stand there need be
   // none.
   const auto route = travel_model_.route(joints_, target, Angle());

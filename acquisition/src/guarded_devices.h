@@ -23,11 +23,13 @@ class GuardedDevices {
   GuardedDevices& operator=(const GuardedDevices&) = delete;
 
   void home_all();
-  /// Goes there around keep-outs, each axis approached from its one side, and returns what the
-  /// encoders read. After an error the axes stand, armed, where joints() says, and another move may
-  /// be tried; when that cannot be had, the error is a Fault.
-  /// Throws LimitViolation, without moving, when keep-outs bar every known way.
+  /// Goes there from where the encoders say the axes are, around keep-outs, each axis approached
+  /// from its one side, and returns what the encoders read. After an error the axes stand, armed,
+  /// where joints() says, and another move may be tried; when that cannot be had, the error is a
+  /// Fault. Throws LimitViolation, without moving, when keep-outs bar every known way.
   rig::Joints move_to(const rig::Joints& target);
+  /// What the encoders read now, once all axes stand. Does not change joints().
+  rig::Joints read_joints();
   void light(const std::string& channel);
   void close_shutter() noexcept;
   void mount(devices::Target target);
@@ -36,7 +38,7 @@ class GuardedDevices {
   devices::Frame capture(std::chrono::nanoseconds exposure);
   /// 0 without a monitor.
   double read_monitor();
-  /// Where the axes stand, as last read back.
+  /// Where the axes arrived, as read back then.
   const rig::Joints& joints() const { return joints_; }
 
   const DeviceSet& devices() const { return devices_; }

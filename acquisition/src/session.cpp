@@ -95,7 +95,7 @@ class Session {
       for (int i = 1; i < options_.white_frames; ++i) {
         FrameRecord repeat = record;
         repeat.monitor = devices_.read_monitor();
-        const devices::Frame frame = capture_standing(devices_, options_, start, repeat, archive_);
+        const devices::Frame frame = capture_standing(devices_, start, repeat);
         archive_.append(std::move(repeat), frame);
       }
     }
@@ -165,7 +165,7 @@ class Session {
     FrameRecord record;
     record.kind = kind;
     record.point = point;
-    const devices::Frame frame = capture_standing(devices_, options_, exposure, record, archive_);
+    const devices::Frame frame = capture_standing(devices_, exposure, record);
     archive_.append(std::move(record), frame);
   }
 

@@ -13,33 +13,13 @@ namespace {
 /// encoder, and well below the 0.05 deg by which the normal of a mounted sample is uncertain.
 constexpr Angle kStandingTolerance = Angle::from_degrees(0.02);
 
-/// What the encoders say now.
-rig::Joints read_back(const GuardedDevices& devices, const SessionOptions& options,
-                      SessionWriter& archive) {
-  for (int attempt = 0;; ++attempt) {
-    try {
-      rig::Joints joints;
-      for (devices::RotationStage* stage : devices.devices().stages) {
-        joints.push_back(stage->wait_until_settled(options.move_timeout));
-      }
-      return joints;
-    } catch (const devices::DeviceError& error) {
-      const bool may_help = error.code() == devices::DeviceErrc::Timeout ||
-                            error.code() == devices::DeviceErrc::Protocol;
-      if (attempt >= options.retries || !may_help || devices.stop_requested()) throw;
-      archive.note(devices.now(), "retry", error.what());
-    }
-  }
-}
-
 }  // namespace
 
-devices::Frame capture_standing(GuardedDevices& devices, const SessionOptions& options,
-                                std::chrono::nanoseconds exposure, FrameRecord& record,
-                                SessionWriter& archive) {
-  const rig::Joints before = read_back(devices, options, archive);
+devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanoseconds exposure,
+                                FrameRecord& record) {
+  const rig::Joints before = devices.read_joints();
   devices::Frame frame = devices.capture(exposure);
-  const rig::Joints after = read_back(devices, options, archive);
+  const rig::Joints after = devices.read_joints();
   record.joints.clear();
   record.joints_spread.clear();
   for (std::size_t i = 0; i < before.size(); ++i) {

@@ -9,8 +9,7 @@ namespace gonio::acquisition {
 ///
 /// Errors   devices::DeviceError; Timeout naming the axis, where it arrived and what it read when
 ///          one is 0.02 deg or more from where it arrived: the frame is then none of this pose.
-devices::Frame capture_standing(GuardedDevices& devices, const SessionOptions& options,
-                                std::chrono::nanoseconds exposure, FrameRecord& record,
-                                SessionWriter& archive);
+devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanoseconds exposure,
+                                FrameRecord& record);
 
 }  // namespace gonio::acquisition

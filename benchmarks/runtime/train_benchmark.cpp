@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "gonio/basis/basis_file.h"
+#include "gonio/basis/dense_field.h"
 #include "gonio/brdf/merl_file.h"
 #include "machine.h"
 
