@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "gonio/rig/paths.h"
 
 namespace gonio::acquisition {
@@ -86,11 +88,11 @@ void GuardedDevices::home_all() {
   for (devices::RotationStage* stage : devices_.stages) {
     retrying([&] { stage->rearm(); });
   }
-  joints_.clear();
   for (devices::RotationStage* stage : devices_.stages) {
     retrying([&] { stage->home(options_.move_timeout); });
-    joints_.push_back(stage->wait_until_settled(options_.move_timeout));
   }
+  joints_ = read_joints();
+  sent_ = rig_.home();
 }
 
 rig::Joints GuardedDevices::read_joints() {
@@ -104,19 +106,34 @@ rig::Joints GuardedDevices::read_joints() {
   return joints;
 }
 
-rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
-  // An axis may have crept since it arrived.
-  joints_ = read_joints();
-  // Plans keep a margin (rig::kPlanningMargin); from where the axes really stand there need be
-  // none.
-  const auto route = travel_model_.route(joints_, target, Angle());
-  if (!route) {
-    throw devices::DeviceError(devices::DeviceErrc::LimitViolation, "rig",
-                               "keep-outs bar the way to the next pose");
+rig::Joints GuardedDevices::start_of_move() {
+  rig::Joints from = read_joints();
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const rig::Axis& axis = rig_.axes[i];
+    // Within the margin of the plan the axis stands where it was sent: taken from the reading, the
+    // last thousandth of a degree would make falling moves, with an overshoot, of no moves at all.
+    from[i] = abs(from[i] - sent_[i]) <= rig::kPlanningMargin
+                  ? sent_[i]
+                  : std::clamp(from[i], axis.min, axis.max);
   }
+  return from;
+}
+
+rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
   try {
-    for (const rig::Joints& stop : route->via) travel(stop);
-    travel(target);
+    rig::Joints at = start_of_move();
+    auto route = travel_model_.route(at, target);
+    // An error may have left the axes nearer to a keep-out than plans go.
+    if (!route) route = travel_model_.route(at, target, Angle());
+    if (!route) {
+      throw devices::DeviceError(devices::DeviceErrc::LimitViolation, "rig",
+                                 "keep-outs bar the way to the next pose");
+    }
+    for (const rig::Joints& stop : route->via) {
+      travel(at, stop);
+      at = stop;
+    }
+    travel(at, target);
   } catch (const devices::DeviceError&) {
     if (!stop_requested()) stand_still();
     throw;
@@ -128,11 +145,11 @@ void GuardedDevices::read_back(std::size_t axis) {
   joints_[axis] = devices_.stages[axis]->wait_until_settled(options_.move_timeout);
 }
 
-void GuardedDevices::travel(const rig::Joints& target) {
+void GuardedDevices::travel(const rig::Joints& from, const rig::Joints& target) {
   // One-sided approach: an axis that comes from above first goes past its target.
   rig::Joints below = target;
   for (std::size_t i = 0; i < target.size(); ++i) {
-    below[i] = target[i] - rig::overshoot(rig_.axes[i], joints_[i], target[i]);
+    below[i] = target[i] - rig::overshoot(rig_.axes[i], from[i], target[i]);
   }
   if (rig_.simultaneous_axes) {
     const auto go = [&](const rig::Joints& to) {
@@ -143,29 +160,38 @@ void GuardedDevices::travel(const rig::Joints& target) {
     };
     if (below != target) go(below);
     go(target);
-    return;
+  } else {
+    // One axis at a time ends its approach before the next begins: the boxes that
+    // rig::keep_out_between() looks at.
+    const auto go = [&](std::size_t i, Angle to) {
+      retrying([&] {
+        devices_.stages[i]->begin_move_to(to);
+        read_back(i);
+      });
+    };
+    for (std::size_t i = 0; i < target.size(); ++i) {
+      if (below[i] != target[i]) go(i, below[i]);
+      go(i, target[i]);
+    }
   }
-  // One axis at a time ends its approach before the next begins: the boxes that
-  // rig::keep_out_between() looks at.
-  const auto go = [&](std::size_t i, Angle to) {
-    retrying([&] {
-      devices_.stages[i]->begin_move_to(to);
-      read_back(i);
-    });
-  };
+  sent_ = target;
   for (std::size_t i = 0; i < target.size(); ++i) {
-    if (below[i] != target[i]) go(i, below[i]);
-    go(i, target[i]);
+    if (abs(joints_[i] - target[i]) <= rig::kPlanningMargin) continue;
+    throw devices::DeviceError(
+        devices::DeviceErrc::Timeout, devices_.stages[i]->name(),
+        fmt::format("was sent to {:.4f} deg and stands at {:.4f} deg, expected within {:g} deg",
+                    target[i].degrees(), joints_[i].degrees(), rig::kPlanningMargin.degrees()));
   }
 }
 
 void GuardedDevices::stand_still() {
   for (devices::RotationStage* stage : devices_.stages) stage->stop();
   try {
-    for (std::size_t i = 0; i < joints_.size(); ++i) {
-      devices_.stages[i]->rearm();
-      read_back(i);
-    }
+    retrying([&] {
+      for (devices::RotationStage* stage : devices_.stages) stage->rearm();
+    });
+    joints_ = read_joints();
+    sent_ = joints_;
   } catch (const devices::DeviceError& error) {
     // Where the axes stand is not known, so no way from here can be checked.
     make_safe(devices_);

@@ -26,8 +26,12 @@ class GuardedDevices {
   /// Goes there from where the encoders say the axes are, around keep-outs, each axis approached
   /// from its one side, and returns what the encoders read. After an error the axes stand, armed,
   /// where joints() says, and another move may be tried; when that cannot be had, the error is a
-  /// Fault. Throws LimitViolation, without moving, when keep-outs bar every known way.
+  /// Fault. Throws LimitViolation, without moving, when keep-outs bar every known way;
+  /// Timeout when an axis stands more than rig::kPlanningMargin from where it was sent.
   rig::Joints move_to(const rig::Joints& target);
+  /// Stops all axes where they are, arms them again and reads them back. Throws Fault when one does
+  /// not stand; then nothing may move any more.
+  void stand_still();
   /// What the encoders read now, once all axes stand. Does not change joints().
   rig::Joints read_joints();
   void light(const std::string& channel);
@@ -48,9 +52,9 @@ class GuardedDevices {
  private:
   void require_running() const;
   void retrying(const std::function<void()>& call);
-  void travel(const rig::Joints& target);
+  rig::Joints start_of_move();
+  void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);
-  void stand_still();
 
   const DeviceSet& devices_;
   const rig::RigDescription& rig_;
@@ -60,6 +64,7 @@ class GuardedDevices {
   std::stop_token stop_;
   std::optional<std::uint64_t> last_frame_id_;
   rig::Joints joints_;
+  rig::Joints sent_;  ///< where the axes were sent last; after an error, where they stood
   std::stop_callback<std::function<void()>> on_stop_;
 };
 

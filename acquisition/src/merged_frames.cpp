@@ -63,16 +63,20 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
   return maps;
 }
 
-bool has_monitor(const SessionReader& archive) {
-  return std::any_of(
-      archive.frames().begin(), archive.frames().end(),
-      [](const FrameRecord& record) { return !record.channel.empty() && record.monitor > 0.0; });
+std::set<std::string> monitored_channels(const SessionReader& archive) {
+  std::set<std::string> channels;
+  for (const FrameRecord& record : archive.frames()) {
+    if (!record.channel.empty() && record.monitor > 0.0) channels.insert(record.channel);
+  }
+  return channels;
 }
 
 ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,
                            const std::vector<const FrameRecord*>& frames,
-                           const BackgroundMaps& background, bool monitored) {
+                           const BackgroundMaps& background,
+                           const std::set<std::string>& monitored_names) {
   ChannelSignal signal;
+  const bool monitored = !frames.empty() && monitored_names.count(frames[0]->channel) != 0;
   std::vector<devices::Frame> images;
   for (const FrameRecord* record : frames) {
     images.push_back(archive.read_frame(*record));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -40,15 +41,16 @@ struct ChannelSignal {
   devices::PixelFormat pixel_format = devices::PixelFormat::mono;
 };
 
-/// Whether the lamp was monitored: one reading above 0 in a frame with the lamp on. Decided for the
-/// whole archive, since a reading of 0 elsewhere then is a monitor that failed, not one that is not
+/// The lamp channels that were monitored: with one reading above 0. Decided for the whole archive,
+/// since a reading of 0 elsewhere then is a monitor that failed, not one that is blind or not
 /// there.
-bool has_monitor(const SessionReader& archive);
+std::set<std::string> monitored_channels(const SessionReader& archive);
 
-/// Reads, checks and merges the frames of a bracket. `monitored`: see has_monitor().
+/// Reads, checks and merges the frames of a bracket. `monitored`: see monitored_channels().
 ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,
                            const std::vector<const FrameRecord*>& frames,
-                           const BackgroundMaps& background, bool monitored);
+                           const BackgroundMaps& background,
+                           const std::set<std::string>& monitored);
 
 /// Which lamp channel and which pixels make each of R, G, B.
 class ColourLayout {

@@ -217,7 +217,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   int dark_frames = 0;
   const std::vector<double> offset_dn =
       mean_dark(archive, instrument.sensor, pixel_count, dark_frames);
-  const bool monitored = has_monitor(archive);
+  const std::set<std::string> monitored = monitored_channels(archive);
   const WhiteLevel white =
       white_level(archive, instrument, options, colours, offset_dn, dark_frames, monitored, place);
   reduction.warnings.insert(reduction.warnings.end(), white.warnings.begin(), white.warnings.end());

@@ -119,6 +119,7 @@ class Session {
                          error.code() == devices::DeviceErrc::Protocol;
       if (!local || devices_.stop_requested()) throw;
       devices_.close_shutter();
+      devices_.stand_still();
       point.outcome = PointOutcome::Failed;
       point.note = error.what();
       warn(fmt::format("point {}: {}", index, error.what()));
@@ -160,12 +161,14 @@ class Session {
     return all_dark ? PointOutcome::TooDark : PointOutcome::Measured;
   }
 
-  /// A frame behind the closed shutter.
+  /// A frame behind the closed shutter: an axis that creeps does no harm to it.
   void take_dark(FrameKind kind, int point, std::chrono::nanoseconds exposure) {
     FrameRecord record;
     record.kind = kind;
     record.point = point;
-    const devices::Frame frame = capture_standing(devices_, exposure, record);
+    record.joints = devices_.read_joints();
+    record.joints_spread.assign(record.joints.size(), Angle());
+    const devices::Frame frame = devices_.capture(exposure);
     archive_.append(std::move(record), frame);
   }
 

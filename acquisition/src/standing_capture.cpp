@@ -5,16 +5,9 @@
 #include <algorithm>
 
 #include "gonio/devices/clock.h"
+#include "gonio/rig/paths.h"
 
 namespace gonio::acquisition {
-namespace {
-
-/// How far an axis that counts as standing may read from where it arrived: twenty steps of a usual
-/// encoder, and well below the 0.05 deg by which the normal of a mounted sample is uncertain.
-constexpr Angle kStandingTolerance = Angle::from_degrees(0.02);
-
-}  // namespace
-
 devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanoseconds exposure,
                                 FrameRecord& record) {
   const rig::Joints before = devices.read_joints();
@@ -26,13 +19,13 @@ devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanosecond
     // Against the arrival, not only over this exposure: a slow creep adds up over a bracket.
     const Angle arrived = devices.joints()[i];
     const Angle astray = std::max(abs(before[i] - arrived), abs(after[i] - arrived));
-    if (astray > kStandingTolerance) {
+    if (astray > rig::kPlanningMargin) {
       throw devices::DeviceError(
           devices::DeviceErrc::Timeout, devices.devices().stages[i]->name(),
           fmt::format("stood at {:.4f} deg, went from {:.4f} to {:.4f} deg during an exposure of "
                       "{:g} s, expected it within {:g} deg",
                       arrived.degrees(), before[i].degrees(), after[i].degrees(),
-                      devices::to_seconds(exposure), kStandingTolerance.degrees()));
+                      devices::to_seconds(exposure), rig::kPlanningMargin.degrees()));
     }
     record.joints.push_back((before[i] + after[i]) / 2.0);
     record.joints_spread.push_back(abs(after[i] - before[i]) / 2.0);

@@ -8,7 +8,8 @@ namespace gonio::acquisition {
 /// the two readings as `joints` and half their difference as `joints_spread`.
 ///
 /// Errors   devices::DeviceError; Timeout naming the axis, where it arrived and what it read when
-///          one is 0.02 deg or more from where it arrived: the frame is then none of this pose.
+///          one is more than rig::kPlanningMargin from where it arrived: the frame is then none of
+///          this pose.
 devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanoseconds exposure,
                                 FrameRecord& record);
 

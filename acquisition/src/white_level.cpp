@@ -66,8 +66,8 @@ double WhiteLevel::drift() const {
 
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
-                       const std::vector<double>& offset_dn, int dark_frames, bool monitored,
-                       const std::filesystem::path& place) {
+                       const std::vector<double>& offset_dn, int dark_frames,
+                       const std::set<std::string>& monitored, const std::filesystem::path& place) {
   WhiteLevel level;
   for (const Visit& visit : visits_of(archive)) {
     if (visit.frames.size() != colours.channels().size()) continue;  // a visit cut short

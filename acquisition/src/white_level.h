@@ -1,5 +1,7 @@
 #pragma once
 
+#include <set>
+#include <string>
 #include <vector>
 
 #include "gonio/acquisition/reduction.h"
@@ -23,11 +25,11 @@ struct WhiteLevel {
   double drift() const;
 };
 
-/// `monitored`: see has_monitor(). Throws DataFormatError when the archive holds no usable white
-/// frame.
+/// `monitored`: see monitored_channels(). Throws DataFormatError when the archive holds no usable
+/// white frame.
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
-                       const std::vector<double>& offset_dn, int dark_frames, bool monitored,
-                       const std::filesystem::path& place);
+                       const std::vector<double>& offset_dn, int dark_frames,
+                       const std::set<std::string>& monitored, const std::filesystem::path& place);
 
 }  // namespace gonio::acquisition

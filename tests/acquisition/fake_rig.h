@@ -50,7 +50,7 @@ class FakeStage final : public devices::RotationStage {
       throw devices::DeviceError(devices::DeviceErrc::Protocol, name_, "checksum");
     }
     if (on_settle) on_settle();
-    return at_;
+    return at_ + reading_error;
   }
   void stop() noexcept override {
     stopped = true;
@@ -65,6 +65,7 @@ class FakeStage final : public devices::RotationStage {
   std::function<void()> on_settle;
   Angle home_angle;
   int failing_readings = 0;
+  Angle reading_error;  ///< of the encoder, or of where the stage comes to stand
   int homings = 0;
   int moves = 0;
   int stops = 0;

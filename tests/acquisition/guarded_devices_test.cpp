@@ -68,6 +68,34 @@ TEST_F(GuardedDevicesTest, AxesGoBelowTheirTargetsTogetherWhereTheyMoveTogether)
   EXPECT_EQ(moves_, together);
 }
 
+TEST_F(GuardedDevicesTest, WhatTheEncodersSayMakesNoMoveThatWasNotChecked) {
+  // Arm first, then the tilt. An arm that reads a little high must not go below its target again
+  // once the sample is tilted, nor be refused the way.
+  rig_.known.rig.keep_outs = {{"post", {{kArm, 60_deg, 80_deg}, {kTilt, 30_deg, 90_deg}}}};
+  rig_.known.rig.axes[kArm].approach_overshoot = 2_deg;
+  for (auto& stage : rig_.stages) stage->reading_error = 0.001_deg;
+  devices().move_to({100_deg, 0_deg, 10_deg});
+  moves_.clear();
+  devices().move_to({81_deg, 0_deg, 40_deg});
+  const std::vector<std::pair<std::string, long>> arm_first{
+      {"lamp_arm", 79}, {"azimuth", 0},   {"tilt", 10},   {"lamp_arm", 81}, {"azimuth", 0},
+      {"tilt", 10},     {"lamp_arm", 81}, {"azimuth", 0}, {"tilt", 40}};
+  EXPECT_EQ(moves_, arm_first);
+  devices().move_to({81_deg, 0_deg, 45_deg});
+}
+
+TEST_F(GuardedDevicesTest, SaysWhichAxisDidNotArrive) {
+  devices();
+  rig_.stages[kTilt]->reading_error = 0.2_deg;
+  try {
+    devices().move_to({81_deg, 0_deg, 40_deg});
+    FAIL() << "an axis 0.2 deg astray went through";
+  } catch (const devices::DeviceError& error) {
+    EXPECT_EQ(error.code(), devices::DeviceErrc::Timeout);
+    EXPECT_EQ(error.device(), "tilt");
+  }
+}
+
 TEST_F(GuardedDevicesTest, StandsArmedWhereTheEncodersSayAfterAMoveThatFailed) {
   options_.retries = 0;
   devices();

@@ -145,7 +145,7 @@ TEST_F(Session, FailsAPointAtWhichAnAxisDoesNotStand) {
     if (crept || rig_.light.lit.empty() || rig_.changer.mounted() != devices::Target::sample)
       return;
     crept = true;
-    rig_.stages[1]->creep(0.03_deg);
+    rig_.stages[1]->creep(0.06_deg);
   };
   const SessionResult result = run();
   EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Failed);
@@ -157,7 +157,7 @@ TEST_F(Session, FailsAPointAtWhichAnAxisDoesNotStand) {
 
 TEST_F(Session, FailsAPointAtWhichAnAxisCreepsALittleWithEachExposure) {
   rig_.camera.on_capture = [&] {
-    if (rig_.changer.mounted() == devices::Target::sample) rig_.stages[1]->creep(0.015_deg);
+    if (rig_.changer.mounted() == devices::Target::sample) rig_.stages[1]->creep(0.03_deg);
   };
   options_.dark_frames = 1;
   EXPECT_EQ(run().points.at(0).outcome, PointOutcome::Failed);
@@ -249,13 +249,14 @@ TEST_F(Session, MovesNothingWhenKeepOutsBarTheWay) {
 
 TEST_F(Session, MovesNothingWhenAPoseIsWithinEncoderNoiseOfAKeepOut) {
   const MeasurementPlan plan = rig_.plan(directions_);
-  const Angle arm = plan.points.at(0).pose.joints[0];
-  const Angle other = plan.points.at(1).pose.joints[0];
-  const Angle gap = arm > other ? 0.01_deg : -0.01_deg;
-  rig_.known.rig.keep_outs.push_back(
-      {"wall",
-       {{0, std::min(arm + gap, arm + 40.0 * gap), std::max(arm + gap, arm + 40.0 * gap)}}});
-  EXPECT_EQ(rig::keep_out_at(rig_.known.rig, plan.points.at(0).pose.joints), std::nullopt);
+  // Beyond the pose with the smallest arm angle, so that no way leads through it.
+  const Angle arm = std::min(plan.points.at(0).pose.joints[0], plan.points.at(1).pose.joints[0]);
+  rig_.known.rig.keep_outs.push_back({"wall", {{0, arm - 0.4_deg, arm - 0.01_deg}}});
+  const rig::TravelModel travel(rig_.known.rig);
+  for (const PlannedPoint& point : plan.points) {
+    EXPECT_TRUE(travel.route(rig_.known.rig.home(), point.pose.joints, Angle()))
+        << "without margin";
+  }
   SessionWriter archive(folder_, {}, {});
   EXPECT_THROW(run_session(rig_.devices(), rig_.known, plan, options_, archive), PreflightError);
   EXPECT_EQ(moves(), 0);

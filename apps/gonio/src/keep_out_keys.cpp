@@ -82,8 +82,10 @@ void check_keep_outs(const rig::RigDescription& rig, const ConfigReader& reader,
   for (std::size_t i = 0; i < rig.keep_outs.size(); ++i) {
     rig::RigDescription only = rig;
     only.keep_outs = {rig.keep_outs[i]};
-    if (rig::keep_out_at(only, rig.home())) {
-      refuse(fmt::format("keep_out[{}]", i), "range", "holds the axes' home");
+    if (rig::keep_out_at(only, rig.home(), rig::kPlanningMargin)) {
+      refuse(fmt::format("keep_out[{}]", i), "range",
+             fmt::format("holds the axes' home or comes within {:g} deg of it",
+                         rig::kPlanningMargin.degrees()));
     }
   }
 }

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "failures.h"
+#include "gonio/rig/paths.h"
 
 namespace gonio::cli {
 namespace {
@@ -81,6 +82,12 @@ rig::RigDescription narrower_rig(const rig::RigDescription& calibrated,
   } catch (const std::invalid_argument& error) {
     throw UsageError(fmt::format("{} and {} together: {}", calibration.string(), rig_file.string(),
                                  error.what()));
+  }
+  if (const auto name = rig::keep_out_at(rig, rig.home(), rig::kPlanningMargin)) {
+    throw UsageError(
+        fmt::format("{}: rig.keep_outs: \"{}\" holds the axes' home or comes within "
+                    "{:g} deg of it",
+                    calibration.string(), *name, rig::kPlanningMargin.degrees()));
   }
   return rig;
 }
