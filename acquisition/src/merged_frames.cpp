@@ -74,21 +74,21 @@ std::set<std::string> monitored_channels(const SessionReader& archive) {
 ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,
                            const std::vector<const FrameRecord*>& frames,
                            const BackgroundMaps& background,
-                           const std::set<std::string>& monitored_names) {
+                           const std::set<std::string>& monitored) {
   ChannelSignal signal;
-  const bool monitored = !frames.empty() && monitored_names.count(frames[0]->channel) != 0;
+  const bool has_monitor = !frames.empty() && monitored.count(frames[0]->channel) != 0;
   std::vector<devices::Frame> images;
   for (const FrameRecord* record : frames) {
     images.push_back(archive.read_frame(*record));
     signal.monitor += record->monitor / static_cast<double>(frames.size());
-    signal.monitor_failed = signal.monitor_failed || (monitored && !(record->monitor > 0.0));
+    signal.monitor_failed = signal.monitor_failed || (has_monitor && !(record->monitor > 0.0));
     signal.time_s +=
         devices::to_seconds(record->exposure_start) / static_cast<double>(frames.size());
     signal.longest_exposure_s =
         std::max(signal.longest_exposure_s, devices::to_seconds(record->exposure));
     signal.pixel_format = images.back().pixel_format;
   }
-  if (!monitored) signal.monitor = 1.0;
+  if (!has_monitor) signal.monitor = 1.0;
   instrument::SensorModel sensor = instrument.sensor;
   std::vector<instrument::Exposure> bracket;
   for (const devices::Frame& image : images) {

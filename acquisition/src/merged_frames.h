@@ -34,8 +34,8 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
 /// Signal of one lit channel in one pose.
 struct ChannelSignal {
   instrument::MergedSignal merged;
-  double monitor = 0.0;         ///< mean over the frames; 1 in an archive without a monitor
-  bool monitor_failed = false;  ///< the archive has a monitor, and it read nothing in some frame
+  double monitor = 0.0;         ///< mean over the frames; 1 in a channel without one
+  bool monitor_failed = false;  ///< the channel has a monitor, and it read nothing in some frame
   double time_s = 0.0;          ///< mean start of exposure, session clock
   double longest_exposure_s = 0.0;
   devices::PixelFormat pixel_format = devices::PixelFormat::mono;

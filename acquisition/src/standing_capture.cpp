@@ -8,6 +8,7 @@
 #include "gonio/rig/paths.h"
 
 namespace gonio::acquisition {
+
 devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanoseconds exposure,
                                 FrameRecord& record) {
   const rig::Joints before = devices.read_joints();

@@ -19,7 +19,9 @@ void write_bytes(const std::filesystem::path& path, std::string_view bytes) {
 }
 
 TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "gonio-test-XXXXXX").string();
+  // mkdtemp() replaces the six letters.
+  const std::string name = "gonio-test-" + std::string(6, 'X');
+  std::string pattern = (std::filesystem::temp_directory_path() / name).string();
   if (mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("cannot make " + pattern);
   path_ = pattern;
 }
