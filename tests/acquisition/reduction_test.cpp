@@ -46,7 +46,7 @@ class Reduction : public testing::Test {
     record.channel = channel;
     record.joints = joints;
     record.joints_spread.assign(3, Angle());
-    record.monitor = channel.empty() ? 0.0 : monitor_;
+    record.monitor = channel.empty() || channel == blind_channel_ ? 0.0 : monitor_;
     archive.append(record, frame);
   }
 
@@ -111,6 +111,7 @@ class Reduction : public testing::Test {
   std::optional<double> white_half_width_mm_;
   std::uint16_t camera_full_dn_ = 4095;
   double monitor_ = 1.0;
+  std::string blind_channel_;  ///< that the monitor does not see
   double monitor_at_sample_ = 1.0;
   std::optional<double> closing_white_;  ///< over the opening one
 };
@@ -144,6 +145,16 @@ TEST_F(Reduction, NeedsNoLampMonitor) {
   write_session(0.25);
   const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi;
   EXPECT_NEAR(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 1.0, 2e-3);
+}
+
+TEST_F(Reduction, NeedsNoMonitorInAChannelItDoesNotSee) {
+  blind_channel_ = "B";
+  monitor_ = monitor_at_sample_ = 50.0;
+  write_session(0.25);
+  const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi;
+  const brdf::Rgb value = reduce_centre().samples.samples[0].value_per_sr;
+  EXPECT_NEAR(value[1] / expected, 1.0, 2e-3);
+  EXPECT_NEAR(value[2] / expected, 1.0, 2e-3);
 }
 
 TEST_F(Reduction, LeavesOutAPointAtWhichTheLampMonitorReadsNothing) {
