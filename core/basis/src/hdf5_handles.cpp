@@ -11,13 +11,6 @@ herr_t keep_innermost(unsigned, const H5E_error2_t* error, void* message) {
   return 0;
 }
 
-H5Handle string_type(std::size_t size) {
-  H5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type.get(), size);
-  H5Tset_cset(type.get(), H5T_CSET_UTF8);
-  return type;
-}
-
 }  // namespace
 
 SilentH5Errors::SilentH5Errors() {
@@ -38,10 +31,10 @@ std::string last_h5_message() {
   return message.substr(0, message.find('\''));
 }
 
-H5Handle text_type() { return string_type(H5T_VARIABLE); }
-
 H5Handle fixed_text_type(std::size_t size) {
-  H5Handle type = string_type(size);
+  H5Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type.get(), size);
+  H5Tset_cset(type.get(), H5T_CSET_UTF8);
   H5Tset_strpad(type.get(), H5T_STR_NULLPAD);
   return type;
 }

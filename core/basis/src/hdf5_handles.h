@@ -51,8 +51,6 @@ class SilentH5Errors {
 /// The innermost message on HDF5's error stack of this thread, "" if there is none.
 std::string last_h5_message();
 
-/// UTF-8 of any length.
-H5Handle text_type();
 /// UTF-8 of at most `size` bytes, padded with zeros; h5py reads it as bytes.
 H5Handle fixed_text_type(std::size_t size);
 

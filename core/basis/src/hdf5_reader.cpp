@@ -3,8 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cerrno>
+#include <span>
 #include <type_traits>
 
 #include "basis_schema.h"
@@ -18,11 +20,32 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "values are read as they stand in the file");
 
+constexpr char kNotHdf5[] = "not a readable HDF5 file, expected a gonio basis";
+
+/// HDF5 puts a checksum on every block of metadata from superblock 2 on (format of 1.8). Damage to
+/// older files can crash the library or send it into a loop without end, so it never sees them.
+void require_checksums(const std::filesystem::path& path) {
+  constexpr std::array<unsigned char, 8> kSignature{0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
+  constexpr unsigned char kFirstWithChecksums = 2;
+  std::array<unsigned char, kSignature.size() + 1> head{};
+  // The library would find a signature behind a block of another program's, too.
+  if (files::InputFile(path).read_some(std::as_writable_bytes(std::span(head))) < head.size() ||
+      !std::equal(kSignature.begin(), kSignature.end(), head.begin())) {
+    throw DataFormatError(path, "file", kNotHdf5);
+  }
+  if (head.back() < kFirstWithChecksums) {
+    throw DataFormatError(path, "superblock",
+                          "found version " + std::to_string(head.back()) +
+                              ", whose metadata have no checksums, expected at least 2: "
+                              "written by an earlier gonio, train again");
+  }
+}
+
 H5Handle open_file(const std::filesystem::path& path) {
-  files::require_regular_file(path);
+  require_checksums(path);
   H5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.valid()) {
-    throw DataFormatError(path, "file", "not a readable HDF5 file, expected a gonio basis");
+    throw DataFormatError(path, "file", kNotHdf5);
   }
   return file;
 }
@@ -37,16 +60,11 @@ std::string Hdf5Reader::text_attribute(const char* name) const {
   const H5Handle attribute = open_attribute(name);
   const H5Handle type(H5Aget_type(attribute.get()), H5Tclose);
   if (H5Tget_class(type.get()) != H5T_STRING) fail(name, "attribute is not a text");
-  const htri_t variable = H5Tis_variable_str(type.get());
-  if (variable <= 0) return fixed_text(name, attribute, H5Tget_size(type.get()));
-  // Of an earlier gonio or another program.
-  char* raw = nullptr;
-  const H5Handle memory = text_type();
-  H5Tset_cset(memory.get(), H5Tget_cset(type.get()));
-  if (H5Aread(attribute.get(), memory.get(), &raw) < 0) fail(name, "attribute cannot be read");
-  const std::string text = raw == nullptr ? "" : raw;
-  H5free_memory(raw);
-  return text;
+  if (H5Tis_variable_str(type.get()) != 0) {
+    // Those lie in a heap without checksums, where damage can crash or hang the library.
+    fail(name, "is a text of variable length, expected a fixed one");
+  }
+  return fixed_text(name, attribute, H5Tget_size(type.get()));
 }
 
 template <typename Number>

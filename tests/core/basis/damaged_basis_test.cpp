@@ -15,12 +15,14 @@
 #include "gonio/errors/errors.h"
 #include "temporary_folder.h"
 #include "test_materials.h"
+#include "value_ranges.h"
 
 namespace gonio::basis {
 namespace {
 
 using test::refusal;
 using test::small_basis;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// One way to make a good file bad, and what the refusal must say.
@@ -214,6 +216,9 @@ const std::vector<Damage>& damages() {
       {"a long text",
        [](hid_t f) { replace_text(f, "file_kind", 2000, std::string(2000, 'a').c_str()); },
        {"file_kind", "found a text of 2000 bytes, expected at most 1024"}},
+      {"a text of variable length",
+       [](hid_t f) { replace_text(f, "file_kind", H5T_VARIABLE, "gonio basis"); },
+       {"file_kind", "variable length"}},
       {"no left vectors",
        [](hid_t f) { delete_link(f, "left_vectors"); },
        {"left_vectors", "missing"}},
@@ -322,29 +327,13 @@ const std::vector<Damage>& damages() {
   return all;
 }
 
-/// Where the values of the data sets lie, ascending: all other bytes are HDF5's own.
-std::vector<std::pair<haddr_t, haddr_t>> value_ranges(const std::filesystem::path& path) {
-  std::vector<std::pair<haddr_t, haddr_t>> ranges;
-  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-  const auto add = [](hid_t group, const char* name, const H5L_info_t*, void* to) -> herr_t {
-    const hid_t set = H5Dopen2(group, name, H5P_DEFAULT);
-    const haddr_t begin = H5Dget_offset(set);
-    static_cast<decltype(ranges)*>(to)->emplace_back(begin, begin + H5Dget_storage_size(set));
-    return H5Dclose(set);
-  };
-  H5Literate(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, add, &ranges);
-  H5Fclose(file);
-  std::sort(ranges.begin(), ranges.end());
-  return ranges;
-}
-
 /// Every third of the bytes between the values, without most of the zeros that only fill gaps: a
 /// sum over the block finds any of them.
 std::vector<std::size_t> structure_places(const std::filesystem::path& path,
                                           const std::string& bytes) {
   constexpr std::size_t kNear = 8;
   constexpr std::size_t kEveryGapByte = 509;
-  std::vector<std::pair<haddr_t, haddr_t>> ranges = value_ranges(path);
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges = test::value_ranges(path);
   ranges.emplace_back(bytes.size(), bytes.size());
   std::vector<std::size_t> places;
   std::size_t at = 0;
@@ -392,13 +381,21 @@ TEST(DamagedBasis, WithADamagedByteOfStructureIsRefusedOrReadAsItWas) {
   EXPECT_GT(refused, places.size() / 2);
 }
 
-TEST(DamagedBasis, MayHaveTextsOfVariableLengthAsEarlierOnes) {
+TEST(DamagedBasis, OfTheFormatWithoutChecksumsIsRefused) {
+  const TemporaryFolder folder;
+  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+  H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
+  H5Fclose(H5Fcreate((folder / "a.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access));
+  H5Pclose(access);
+  EXPECT_THAT(refusal(folder / "a.h5"),
+              AllOf(HasSubstr("superblock: found version 0"), HasSubstr("train again")));
+}
+
+TEST(DamagedBasis, BehindABlockOfAnotherProgramIsRefused) {  // it could be of either format
   const TemporaryFolder folder;
   write_basis(folder / "a.h5", small_basis());
-  const hid_t file = H5Fopen((folder / "a.h5").c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-  replace_text(file, "file_kind", H5T_VARIABLE, "gonio basis");
-  H5Fclose(file);
-  EXPECT_EQ(refusal(folder / "a.h5"), "accepted");
+  write_bytes(folder / "b.h5", std::string(512, 'x') + read_bytes(folder / "a.h5"));
+  EXPECT_THAT(refusal(folder / "b.h5"), HasSubstr("not a readable HDF5 file"));
 }
 
 TEST(DamagedBasis, ThatIsHostileIsRefusedByName) {
