@@ -3,10 +3,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <array>
+#include <limits>
 #include <map>
+#include <span>
 #include <stdexcept>
 
 #include "gonio/errors/errors.h"
+#include "gonio/files/input_file.h"
 #include "gonio/files/sha256.h"
 
 namespace gonio::acquisition {
@@ -31,6 +36,50 @@ const std::map<std::string, std::vector<std::string>, std::less<>>& tables() {
       {"notes", {"at_ns", "kind", "text"}},
       {"finished", {"at_ns"}}};
   return kTables;
+}
+
+/// As it stands in the schema of a journal.
+std::string definition_of(std::string_view table) {
+  return fmt::format(
+      "CREATE TABLE {} (number INTEGER PRIMARY KEY, {} TEXT NOT NULL, checksum TEXT NOT NULL)",
+      table, fmt::join(columns_of(table), " TEXT NOT NULL, "));
+}
+
+/// Rows are numbered one by one; their successor must be a number, too.
+constexpr std::int64_t kMostRows = std::int64_t{1} << 40U;
+
+/// Virtual machine steps between two looks at how many are left.
+constexpr int kStepsPerLook = 1000;
+
+int take_steps(void* left) {
+  auto& steps_left = *static_cast<std::uint64_t*>(left);
+  if (steps_left < kStepsPerLook) return 1;
+  steps_left -= kStepsPerLook;
+  return 0;
+}
+
+/// 0 when it is not there.
+std::uintmax_t size_of(const std::filesystem::path& path) {
+  std::error_code missing;
+  const std::uintmax_t size = std::filesystem::file_size(path, missing);
+  return missing ? 0 : size;
+}
+
+/// A rollback journal may name a "super-journal" of a transaction over several databases, which
+/// SQLite deletes after the rollback, whatever file that is. Ours never span two.
+void require_no_super_journal(const std::filesystem::path& journal) {
+  constexpr std::array<unsigned char, 8> kLast{0xd9, 0xd5, 0x05, 0xf9, 0x20, 0xa1, 0x63, 0xd7};
+  std::filesystem::path rollback = std::filesystem::canonical(journal);
+  rollback += "-journal";
+  auto file = files::InputFile::open_if_exists(rollback);
+  if (!file || file->size() < kLast.size()) return;
+  std::array<unsigned char, kLast.size()> last{};
+  file->read_at(file->size() - kLast.size(), std::as_writable_bytes(std::span(last)));
+  if (last == kLast) {
+    throw DataFormatError(rollback, "end",
+                          "found the name of another file, which SQLite would delete, expected a "
+                          "rollback journal of this file alone");
+  }
 }
 
 /// Over table name, row number and values, each with its length, so that no two rows look alike.
@@ -67,7 +116,10 @@ Journal::Journal(std::filesystem::path path, int flags) : path_(std::move(path))
 void Journal::fail(const std::string& action) const {
   const int code = database_ ? sqlite3_extended_errcode(database_.get()) : SQLITE_NOMEM;
   const std::string reason = database_ ? sqlite3_errmsg(database_.get()) : "out of memory";
-  if (code == SQLITE_NOTADB || (code & 0xFF) == SQLITE_CORRUPT) {
+  if (code == SQLITE_INTERRUPT) {
+    throw DataFormatError(path_, "journal", "found more rows than a file of its size can hold");
+  }
+  if (code == SQLITE_NOTADB || code == SQLITE_TOOBIG || (code & 0xFF) == SQLITE_CORRUPT) {
     throw DataFormatError(path_, "journal", reason);
   }
   throw FileError(path_, action, reason);
@@ -93,11 +145,9 @@ Journal Journal::create(const std::filesystem::path& path) {
   journal.run(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", kApplicationId,
                           kSchemaVersion));
   std::string schema = "BEGIN;";
-  for (const auto& [table, columns] : tables()) {
-    schema += fmt::format(
-        "CREATE TABLE {} (number INTEGER PRIMARY KEY, {} TEXT NOT NULL, "
-        "checksum TEXT NOT NULL);",
-        table, fmt::join(columns, " TEXT NOT NULL, "));
+  for (const auto& entry : tables()) {
+    const std::string& table = entry.first;
+    schema += definition_of(table) + ";";
     for (const char* change : {"UPDATE", "DELETE"}) {
       schema += fmt::format(
           "CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN "
@@ -113,6 +163,7 @@ Journal Journal::open(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path)) {
     throw FileError(path, "open", "there is no session journal");
   }
+  require_no_super_journal(path);
   // Read and write, since only a writer may recover the log of a killed run; a read-only place
   // falls back to what the main file holds.
   const bool writable = [&] {
@@ -124,6 +175,8 @@ Journal Journal::open(const std::filesystem::path& path) {
     }
   }();
   Journal journal(path, writable ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY);
+  const std::filesystem::path canonical = std::filesystem::canonical(path);
+  journal.bound_by(size_of(canonical) + size_of(canonical.string() + "-wal"));
   const auto integer = [&](const char* pragma) {
     const Statement statement = journal.prepare(fmt::format("PRAGMA {};", pragma));
     if (sqlite3_step(statement.get()) != SQLITE_ROW) journal.fail("read");
@@ -136,7 +189,39 @@ Journal Journal::open(const std::filesystem::path& path) {
     throw DataFormatError(path, "header",
                           fmt::format("journal version {}, expected {}", version, kSchemaVersion));
   }
+  journal.require_own_tables();
   return journal;
+}
+
+void Journal::bound_by(std::uintmax_t bytes) {
+  // A row of the smallest values takes about as many steps as bytes.
+  constexpr std::uint64_t kStepsPerByte = 4;
+  constexpr std::uint64_t kStepsForTheSchema = 100'000;
+  bytes_ = bytes;
+  steps_left_ = std::make_unique<std::uint64_t>(kStepsForTheSchema + kStepsPerByte * bytes);
+  sqlite3_progress_handler(database_.get(), kStepsPerLook, take_steps, steps_left_.get());
+  constexpr std::uintmax_t kShortestLimit = 100'000;  // SQLite's own texts are bound by it, too
+  sqlite3_limit(database_.get(), SQLITE_LIMIT_LENGTH,
+                static_cast<int>(std::clamp<std::uintmax_t>(bytes, kShortestLimit,
+                                                            std::numeric_limits<int>::max())));
+}
+
+void Journal::require_own_tables() const {
+  // A view or a virtual table of the same name would be a program.
+  const Statement select =
+      prepare("SELECT sql FROM sqlite_schema WHERE name = ? AND type = 'table';");
+  for (const auto& entry : tables()) {
+    const std::string& table = entry.first;
+    sqlite3_bind_text(select.get(), 1, table.c_str(), -1, SQLITE_TRANSIENT);
+    const int step = sqlite3_step(select.get());
+    if (step != SQLITE_ROW && step != SQLITE_DONE) fail("read");
+    const auto* text = step == SQLITE_ROW ? sqlite3_column_text(select.get(), 0) : nullptr;
+    if (text == nullptr || definition_of(table) != reinterpret_cast<const char*>(text)) {
+      throw DataFormatError(path_, fmt::format("table {}", table),
+                            text == nullptr ? "is missing" : "is not defined as in a journal");
+    }
+    sqlite3_reset(select.get());
+  }
 }
 
 void Journal::close_log() { run("PRAGMA journal_mode = DELETE;"); }
@@ -174,16 +259,31 @@ std::vector<Journal::Row> Journal::rows(std::string_view table) const {
       prepare(fmt::format("SELECT number, {}, checksum FROM {} ORDER BY number;",
                           fmt::join(columns_of(table), ", "), table));
   std::vector<Row> result;
+  // Pages may be shared by many rows: all together hold no more than the file.
+  std::uintmax_t room = bytes_;
   const auto text = [&](int column) {
     const auto* bytes = sqlite3_column_text(select.get(), column);
-    return std::string(reinterpret_cast<const char*>(bytes),
-                       static_cast<std::size_t>(sqlite3_column_bytes(select.get(), column)));
+    const auto size = static_cast<std::size_t>(sqlite3_column_bytes(select.get(), column));
+    if (bytes == nullptr && sqlite3_errcode(database_.get()) == SQLITE_NOMEM) fail("read");
+    if (size > room) {
+      throw DataFormatError(path_, fmt::format("table {}", table),
+                            "found more text than the file can hold");
+    }
+    room -= size;
+    return std::string(reinterpret_cast<const char*>(bytes), size);
   };
+  std::int64_t last = 0;
   for (;;) {
     const int step = sqlite3_step(select.get());
     if (step == SQLITE_DONE) return result;
     if (step != SQLITE_ROW) fail("read");
     Row row{sqlite3_column_int64(select.get(), 0), {}, false};
+    if (row.number <= last || row.number > kMostRows) {
+      throw DataFormatError(
+          path_, fmt::format("table {}", table),
+          fmt::format("found row {} after row {}, expected a later one", row.number, last));
+    }
+    last = row.number;
     for (std::size_t i = 0; i < count; ++i) row.values.push_back(text(static_cast<int>(i) + 1));
     row.intact = text(static_cast<int>(count) + 1) == checksum(table, row.number, row.values);
     result.push_back(std::move(row));

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -14,13 +15,17 @@ namespace gonio::acquisition {
 /// The only code that calls SQLite. Every value of a row is text, so that one checksum covers the
 /// row as a reader sees it.
 ///
+/// Hostile  Tables must be defined as create() does, so that no SQL of the file is ever run. What
+///          reading takes is bounded by the size of the file, whatever its pages claim.
 /// Errors   FileError naming the journal and SQLite's reason; DataFormatError for a file that is no
 ///          journal of ours.
+/// Threads  One.
 class Journal {
  public:
   /// Creates the tables, write-ahead log, synchronous FULL; rows can only ever be added.
   static Journal create(const std::filesystem::path& path);
-  /// Opens for reading; a log left by a killed writer is taken into account.
+  /// Opens for reading; a log left by a killed writer is taken into account. Refuses what create()
+  /// did not make, also beside the journal.
   static Journal open(const std::filesystem::path& path);
 
   /// Folds the log into the main file, so that the finished journal can be read where nothing may
@@ -31,7 +36,7 @@ class Journal {
   void append(std::string_view table, const std::vector<std::string>& values);
 
   struct Row {
-    std::int64_t number;
+    std::int64_t number;  ///< from 1, ascending
     std::vector<std::string> values;
     bool intact;  ///< the stored checksum fits
   };
@@ -48,11 +53,17 @@ class Journal {
   using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
 
   Journal(std::filesystem::path path, int flags);
+  /// From here on SQLite may hold and do only as much as a file of `bytes` can ask for.
+  void bound_by(std::uintmax_t bytes);
+  void require_own_tables() const;
   void run(const std::string& sql);
   Statement prepare(const std::string& sql) const;
   [[noreturn]] void fail(const std::string& action) const;
 
   std::filesystem::path path_;
+  /// Of the file and its log, when it was opened for reading.
+  std::uintmax_t bytes_ = std::numeric_limits<std::uintmax_t>::max();
+  std::unique_ptr<std::uint64_t> steps_left_;  ///< SQLite has its address
   std::unique_ptr<sqlite3, Close> database_;
 };
 

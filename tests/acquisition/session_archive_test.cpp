@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "gonio/errors/errors.h"
+#include "run_sql.h"
 #include "temporary_folder.h"
 
 namespace gonio::acquisition {
@@ -47,17 +48,6 @@ FrameRecord small_record() {
   record.joints_spread = {Angle(), Angle()};
   record.monitor = 0.98765;
   return record;
-}
-
-/// Changes the archive as somebody with another program could.
-void run_sql(const std::filesystem::path& folder, const std::string& sql) {
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open((folder / "session.sqlite").c_str(), &database), SQLITE_OK);
-  char* error = nullptr;
-  EXPECT_EQ(sqlite3_exec(database, sql.c_str(), nullptr, nullptr, &error), SQLITE_OK)
-      << (error != nullptr ? error : "");
-  sqlite3_free(error);
-  sqlite3_close(database);
 }
 
 class SessionArchive : public testing::Test {
