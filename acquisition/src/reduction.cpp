@@ -167,15 +167,6 @@ void set_direction(const Spot& spot, samples::Sample& sample) {
       Angle::from_radians(std::sqrt(std::max(0.0, sum_of_squares / count - mean * mean)));
 }
 
-void set_angle_uncertainty(const instrument::Instrument& instrument, samples::Sample& sample) {
-  const double u = instrument.u_normal.radians();
-  const double sin_theta_h = sin(sample.direction.theta_h);
-  sample.u_theta_h = instrument.u_normal;
-  // phi_d is undefined at the pole: its uncertainty is capped where it stops meaning anything.
-  sample.u_phi_d = Angle::from_radians(
-      sin_theta_h * std::numbers::pi / 2.0 > u ? u / sin_theta_h : std::numbers::pi / 2.0);
-}
-
 void add_flag(samples::Sample& sample, const char* flag) {
   if (sample.flags.find(flag) != std::string::npos) return;
   sample.flags += (sample.flags.empty() ? "" : ";") + std::string(flag);
@@ -302,7 +293,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
         continue;
       }
       set_direction(spot, sample);
-      set_angle_uncertainty(instrument, sample);
+      sample.u_tilt = instrument.u_normal;
       reduction.samples.samples.push_back(std::move(sample));
     }
     if (dropped > 0) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -28,40 +29,68 @@ void set_row(const BasisRow& row, Eigen::Index i, Eigen::MatrixXd& a, Eigen::Vec
   weight[i] = row.weight;
 }
 
-SampleRows::Shifted look_up_shifted(const BasisRows& rows, const samples::SampleSet& set,
-                                    Eigen::Index components, std::size_t which) {
-  SampleRows::Shifted shifted;
-  const auto uncertainty = kAngleUncertainties[which];
-  const auto angle = kAngles[which];
-  shifted.used = std::any_of(set.samples.begin(), set.samples.end(),
-                             [&](const Sample& sample) { return sample.*uncertainty > Angle(); });
-  if (!shifted.used) return shifted;
+/// A direction moved by a standard uncertainty to either side: `ends[0]` and `ends[1]` lie
+/// `distance` standard uncertainties apart, fewer than 2 where the horizon or a pole is in the way.
+struct Move {
+  std::array<brdf::HalfDiff, 2> ends;
+  double distance = 0.0;
+};
 
-  const Eigen::Index n = static_cast<Eigen::Index>(set.samples.size());
-  shifted.a_plus.setZero(n, components);
-  shifted.a_minus.setZero(n, components);
-  for (Eigen::VectorXd* const vector : {&shifted.mean_plus, &shifted.mean_minus, &shifted.factor}) {
-    vector->setZero(n);
+/// Along one of the three angles.
+Move move_along(const Sample& sample, std::size_t which) {
+  const auto angle = kAngles[which];
+  const Angle u = sample.*kAngleUncertainties[which];
+  Move move{{moved(sample.direction, angle, u), moved(sample.direction, angle, -u)}, 0.0};
+  if (u > Angle()) move.distance = (move.ends[0].*angle - move.ends[1].*angle) / u;
+  return move;
+}
+
+/// Tilt of the normal about one of two axes in the surface, the same for all samples of a pose.
+Move move_by_tilt(const Sample& sample, bool about_x) {
+  const brdf::DirectionPair pair = brdf::directions_from_half_diff(sample.direction);
+  Move move{{sample.direction, sample.direction}, 0.0};
+  if (sample.u_tilt <= Angle()) return move;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Angle tilt = side == 0 ? sample.u_tilt : -sample.u_tilt;
+    const brdf::DirectionPair turned =
+        brdf::tilted(pair, about_x ? tilt : Angle(), about_x ? Angle() : tilt);
+    if (turned.wi.z() <= 0.0 || turned.wo.z() <= 0.0) continue;
+    const brdf::HalfDiff end = brdf::half_diff_from_directions(turned);
+    if (!brdf::above_horizon(end.theta_h, end.theta_d, end.phi_d)) continue;
+    move.ends[side] = end;
+    move.distance += 1.0;
   }
-  shifted.weight_plus.setOnes(n);
-  shifted.weight_minus.setOnes(n);
+  return move;
+}
+
+SampleRows::Shifted look_up_shifted(const BasisRows& rows, const samples::SampleSet& set,
+                                    Eigen::Index components,
+                                    const std::function<Move(const Sample&)>& move_of) {
+  const Eigen::Index n = static_cast<Eigen::Index>(set.samples.size());
+  SampleRows::Shifted shifted;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const Sample& sample = set.samples[static_cast<std::size_t>(i)];
-    const Angle u = sample.*uncertainty;
-    if (u <= Angle()) continue;
-    const brdf::HalfDiff plus = moved(sample.direction, angle, u);
-    const brdf::HalfDiff minus = moved(sample.direction, angle, -u);
-    const Angle distance = plus.*angle - minus.*angle;
-    if (distance <= Angle()) continue;
-    set_row(rows.at(plus), i, shifted.a_plus, shifted.mean_plus, shifted.weight_plus);
-    set_row(rows.at(minus), i, shifted.a_minus, shifted.mean_minus, shifted.weight_minus);
-    shifted.factor[i] = u / distance;
+    const Move move = move_of(set.samples[static_cast<std::size_t>(i)]);
+    if (!(move.distance > 0.0)) continue;
+    if (!shifted.used) {
+      shifted.used = true;
+      shifted.a_plus.setZero(n, components);
+      shifted.a_minus.setZero(n, components);
+      for (Eigen::VectorXd* const vector :
+           {&shifted.mean_plus, &shifted.mean_minus, &shifted.factor}) {
+        vector->setZero(n);
+      }
+      shifted.weight_plus.setOnes(n);
+      shifted.weight_minus.setOnes(n);
+    }
+    set_row(rows.at(move.ends[0]), i, shifted.a_plus, shifted.mean_plus, shifted.weight_plus);
+    set_row(rows.at(move.ends[1]), i, shifted.a_minus, shifted.mean_minus, shifted.weight_minus);
+    shifted.factor[i] = 1.0 / move.distance;
   }
   return shifted;
 }
 
-/// Change of x = g(f) with one standard uncertainty of an angle. f moves along the fit while the
-/// weight stays the one of the nominal direction, as it does for the measured value.
+/// Change of x = g(f) with one standard uncertainty of an angle or tilt. f moves along the fit
+/// while the weight stays the one of the nominal direction, as it does for the measured value.
 Eigen::VectorXd angle_errors(const LogMapping& mapping, const SampleRows::Shifted& shifted,
                              const Eigen::VectorXd& weight, const Eigen::VectorXd& coefficients) {
   const Eigen::VectorXd plus = shifted.mean_plus + shifted.a_plus * coefficients;
@@ -98,8 +127,13 @@ SampleRows look_up(const BasisRows& rows, const samples::SampleSet& set, Eigen::
     }
     if (sample.pose >= 0) by_pose[sample.pose].push_back(i);
   }
-  for (std::size_t which = 0; which < found.shifted.size(); ++which) {
-    found.shifted[which] = look_up_shifted(rows, set, components, which);
+  for (std::size_t which = 0; which < kAngles.size(); ++which) {
+    found.shifted[which] = look_up_shifted(
+        rows, set, components, [&](const Sample& sample) { return move_along(sample, which); });
+  }
+  for (const bool about_x : {true, false}) {
+    found.shifted[kAngles.size() + (about_x ? 0 : 1)] = look_up_shifted(
+        rows, set, components, [&](const Sample& sample) { return move_by_tilt(sample, about_x); });
   }
   for (auto& [pose, members] : by_pose) {
     if (members.size() > 1) found.poses.push_back(std::move(members));
@@ -115,7 +149,7 @@ MappedSamples map_samples(const Basis& basis, const SampleRows& rows, const samp
   MappedSamples mapped;
   mapped.x.resize(n);
   mapped.variance.resize(n);
-  mapped.common.setZero(n, 4);
+  mapped.common.setZero(n, 1 + static_cast<Eigen::Index>(rows.shifted.size()));
 
   const bool own_noise = !options.eta.has_value();
   const double model_variance =

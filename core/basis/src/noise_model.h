@@ -16,14 +16,14 @@ struct SampleRows {
   Eigen::VectorXd mean;    ///< n
   Eigen::VectorXd weight;  ///< n
 
-  /// Rows a whole uncertainty to either side along one angle, for the slope of the fit.
+  /// Rows a whole uncertainty to either side along one angle or tilt, for the slope of the fit.
   struct Shifted {
-    bool used = false;  ///< some sample has an uncertainty of this angle
+    bool used = false;  ///< some sample has an uncertainty of this kind
     Eigen::MatrixXd a_plus, a_minus;
     Eigen::VectorXd mean_plus, mean_minus, weight_plus, weight_minus;
     Eigen::VectorXd factor;  ///< n: uncertainty over distance of the two; 0 where there is none
   };
-  std::array<Shifted, 3> shifted;  ///< theta_h, theta_d, phi_d
+  std::array<Shifted, 5> shifted;  ///< theta_h, theta_d, phi_d, tilt about x, about y
 
   std::vector<std::vector<Eigen::Index>> poses;  ///< two samples or more that share a frame
 };
@@ -37,7 +37,7 @@ SampleRows look_up(const BasisRows& rows, const samples::SampleSet& set, Eigen::
 struct MappedSamples {
   Eigen::VectorXd x;         ///< n
   Eigen::VectorXd variance;  ///< n
-  Eigen::MatrixXd common;    ///< n x 4: radiometric, theta_h, theta_d, phi_d
+  Eigen::MatrixXd common;    ///< n x 6: radiometric, then as SampleRows::shifted
   bool depends_on_fit = false;
 };
 

@@ -23,7 +23,7 @@ struct NormalEquations {
   double chi2(const Eigen::VectorXd& coefficients) const;
 };
 
-/// Forms them. A pose's block of R is diagonal plus at most four columns, so that its inverse costs
+/// Forms them. A pose's block of R is diagonal plus a few columns, so that its inverse costs
 /// as much as a diagonal one (Woodbury).
 NormalEquations normal_equations(const SampleRows& rows, const MappedSamples& mapped);
 

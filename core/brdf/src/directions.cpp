@@ -85,6 +85,13 @@ DirectionPair directions_from_half_diff(const HalfDiff& half_diff) {
   return {middle + half_chord, middle - half_chord};
 }
 
+DirectionPair tilted(const DirectionPair& pair, Angle about_x, Angle about_y) {
+  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(about_x.radians(), Eigen::Vector3d::UnitX()) *
+                                Eigen::AngleAxisd(about_y.radians(), Eigen::Vector3d::UnitY()))
+                                   .toRotationMatrix();
+  return {turn * pair.wi, turn * pair.wo};
+}
+
 PolarCosines polar_cosines(Angle theta_h, Angle theta_d, Angle phi_d) {
   const double common = cos(theta_h) * cos(theta_d);
   const double split = sin(theta_h) * sin(theta_d) * cos(phi_d);

@@ -67,6 +67,17 @@ brdf::Rgb angle_variance(const brdf::BrdfModel& model, const samples::Sample& a,
                              model.evaluate(brdf::shading_geometry(minus));
     variance += (change * (reach.radians() / distance_rad)).square();
   }
+  for (const samples::Sample* sample : {&a, &b}) {
+    if (sample->u_tilt <= Angle()) continue;
+    const brdf::DirectionPair pair = brdf::directions_from_half_diff(sample->direction);
+    const auto value = [&](Angle about_x, Angle about_y) {
+      const brdf::DirectionPair turned = brdf::tilted(pair, about_x, about_y);
+      const bool visible = turned.wi.z() > 0.0 && turned.wo.z() > 0.0;
+      return model.evaluate(visible ? turned : pair);
+    };
+    variance += (0.5 * (value(sample->u_tilt, {}) - value(-sample->u_tilt, {}))).square();
+    variance += (0.5 * (value({}, sample->u_tilt) - value({}, -sample->u_tilt))).square();
+  }
   return variance;
 }
 

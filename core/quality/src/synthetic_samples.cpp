@@ -1,6 +1,5 @@
 #include "gonio/quality/synthetic_samples.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -11,9 +10,6 @@
 
 namespace gonio::quality {
 namespace {
-
-// Near the pole phi_d is hardly defined: an uncertainty beyond this says "anything" already.
-constexpr Angle kLargestPhiUncertainty = Angle::from_degrees(60.0);
 
 void check(std::span<const brdf::HalfDiff> directions, const SyntheticNoise& noise) {
   if (directions.empty()) throw std::invalid_argument("synthetic samples: no directions");
@@ -28,31 +24,6 @@ void check(std::span<const brdf::HalfDiff> directions, const SyntheticNoise& noi
   if (bad(noise.relative) || bad(noise.common_relative) || bad(noise.normal_tilt.radians())) {
     throw std::invalid_argument("synthetic samples: noise must be finite and not negative");
   }
-}
-
-brdf::DirectionPair tilted(const brdf::DirectionPair& pair, Angle about_x, Angle about_y) {
-  const Eigen::Matrix3d turn = (Eigen::AngleAxisd(about_x.radians(), Eigen::Vector3d::UnitX()) *
-                                Eigen::AngleAxisd(about_y.radians(), Eigen::Vector3d::UnitY()))
-                                   .toRotationMatrix();
-  return {turn * pair.wi, turn * pair.wo};
-}
-
-/// How far a tilt of one sigma about either axis moves the angles, added in quadrature.
-void set_angle_uncertainty(samples::Sample& sample, const brdf::DirectionPair& pair, Angle tilt) {
-  double theta_h = 0.0;
-  double theta_d = 0.0;
-  double phi_d = 0.0;
-  const brdf::HalfDiff from = brdf::half_diff_from_directions(pair);
-  for (const brdf::DirectionPair& moved :
-       {tilted(pair, tilt, Angle()), tilted(pair, Angle(), tilt)}) {
-    const brdf::HalfDiff to = brdf::half_diff_from_directions(moved);
-    theta_h = std::hypot(theta_h, (to.theta_h - from.theta_h).radians());
-    theta_d = std::hypot(theta_d, (to.theta_d - from.theta_d).radians());
-    phi_d = std::hypot(phi_d, wrap_to_half_turn(to.phi_d - from.phi_d).radians());
-  }
-  sample.u_theta_h = Angle::from_radians(theta_h);
-  sample.u_theta_d = Angle::from_radians(theta_d);
-  sample.u_phi_d = std::min(Angle::from_radians(phi_d), kLargestPhiUncertainty);
 }
 
 /// One value of a pose.
@@ -81,12 +52,10 @@ void add_pose(const brdf::BrdfModel& truth, const std::vector<Glimpse>& glimpses
     samples::Sample sample;
     sample.direction = glimpse.direction;
     sample.value_per_sr =
-        truth.evaluate(tilted(glimpse.pair, about_x, about_y)) * common * independent;
+        truth.evaluate(brdf::tilted(glimpse.pair, about_x, about_y)) * common * independent;
     sample.sigma_per_sr = relative * sample.value_per_sr.abs();
     sample.u_common_per_sr = noise.common_relative * sample.value_per_sr.abs();
-    if (noise.normal_tilt > Angle()) {
-      set_angle_uncertainty(sample, glimpse.pair, noise.normal_tilt);
-    }
+    sample.u_tilt = noise.normal_tilt;
     sample.pose = pose;
     sample.spot = glimpse.spot;
     set.samples.push_back(std::move(sample));
@@ -112,7 +81,6 @@ samples::SampleSet synthetic_samples(const brdf::BrdfModel& truth, brdf::Radiome
         glimpse.direction = brdf::half_diff_from_directions(pair);
         glimpse.spot = static_cast<int>(glimpses.size());
       }
-      glimpse.direction.phi_h = Angle();
       glimpses.push_back(std::move(glimpse));
     }
     add_pose(truth, glimpses, noise, static_cast<int>(i), draw, set);

@@ -15,6 +15,8 @@ inline constexpr ColumnNames kValueColumns{"r", "g", "b"};
 inline constexpr ColumnNames kSigmaColumns{"sigma_r", "sigma_g", "sigma_b"};
 inline constexpr ColumnNames kCommonColumns{"u_common_r", "u_common_g", "u_common_b"};
 inline constexpr ColumnNames kAngleColumns{"u_theta_h_deg", "u_theta_d_deg", "u_phi_d_deg"};
+inline constexpr std::string_view kPhiHColumn = "phi_h_deg";
+inline constexpr std::string_view kTiltColumn = "u_tilt_deg";
 inline constexpr std::string_view kKernelColumn = "kernel_deg";
 inline constexpr std::string_view kPoseColumn = "pose";
 inline constexpr std::string_view kSpotColumn = "spot";

@@ -50,6 +50,8 @@ struct Layout {
   std::optional<Triple> sigma;
   std::optional<Triple> common;
   std::optional<Triple> angle;
+  std::optional<std::size_t> phi_h;
+  std::optional<std::size_t> tilt;
   std::optional<std::size_t> kernel;
   std::optional<std::size_t> pose;
   std::optional<std::size_t> spot;
@@ -64,6 +66,8 @@ Layout layout_of(const CsvReader& reader) {
                 triple(reader, kSigmaColumns, false, known),
                 triple(reader, kCommonColumns, false, known),
                 triple(reader, kAngleColumns, false, known),
+                single(reader, kPhiHColumn, known),
+                single(reader, kTiltColumn, known),
                 single(reader, kKernelColumn, known),
                 single(reader, kPoseColumn, known),
                 single(reader, kSpotColumn, known),
@@ -99,6 +103,11 @@ Sample sample_of(const CsvReader& reader, const CsvRow& row, const Layout& layou
     sample.u_theta_d = non_negative_angle(reader, row, (*layout.angle)[1]);
     sample.u_phi_d = non_negative_angle(reader, row, (*layout.angle)[2]);
   }
+  if (layout.phi_h) {
+    sample.direction.phi_h =
+        Angle::from_degrees(reader.number_within(row, *layout.phi_h, -180.0, 180.0));
+  }
+  if (layout.tilt) sample.u_tilt = non_negative_angle(reader, row, *layout.tilt);
   if (layout.kernel) sample.kernel = non_negative_angle(reader, row, *layout.kernel);
   const auto number = [&](const std::optional<std::size_t>& column) {
     if (!column || row.cells[*column].empty()) return -1;

@@ -12,6 +12,8 @@ struct Used {
   bool sigma = false;
   bool common = false;
   bool angle = false;
+  bool phi_h = false;
+  bool tilt = false;
   bool kernel = false;
   bool pose = false;
   bool spot = false;
@@ -24,6 +26,8 @@ Used used_by(const std::vector<Sample>& samples) {
     used.sigma |= (s.sigma_per_sr != 0.0).any();
     used.common |= (s.u_common_per_sr != 0.0).any();
     used.angle |= s.u_theta_h != Angle() || s.u_theta_d != Angle() || s.u_phi_d != Angle();
+    used.phi_h |= s.direction.phi_h != Angle();
+    used.tilt |= s.u_tilt != Angle();
     used.kernel |= s.kernel != Angle();
     used.pose |= s.pose != -1;
     used.spot |= s.spot != -1;
@@ -43,7 +47,7 @@ bool within(Angle angle, double min_deg, double max_deg) {
 /// Empty, or why read_samples() would refuse the sample.
 std::string fault_of(const Sample& s, std::size_t extra_columns) {
   if (!within(s.direction.theta_h, 0.0, 90.0) || !within(s.direction.theta_d, 0.0, 90.0) ||
-      !within(s.direction.phi_d, -180.0, 180.0)) {
+      !within(s.direction.phi_d, -180.0, 180.0) || !within(s.direction.phi_h, -180.0, 180.0)) {
     return "direction out of range";
   }
   if (!brdf::above_horizon(s.direction.theta_h, s.direction.theta_d, s.direction.phi_d)) {
@@ -53,7 +57,7 @@ std::string fault_of(const Sample& s, std::size_t extra_columns) {
   if ((s.value_per_sr.abs() > kLargest_per_sr).any()) return "value is beyond 1e12 1/sr";
   if (!is_uncertainty(s.sigma_per_sr)) return "sigma is negative or not within 1e12 1/sr";
   if (!is_uncertainty(s.u_common_per_sr)) return "u_common is negative or not within 1e12 1/sr";
-  for (const Angle u : {s.u_theta_h, s.u_theta_d, s.u_phi_d, s.kernel}) {
+  for (const Angle u : {s.u_theta_h, s.u_theta_d, s.u_phi_d, s.u_tilt, s.kernel}) {
     if (!within(u, 0.0, 360.0)) return "angle uncertainty or kernel is negative or too large";
   }
   if (s.pose < -1) return "pose id below -1";
@@ -85,6 +89,8 @@ std::string header_of(const SampleSet& set, const Used& used) {
   if (used.sigma) append(line, kSigmaColumns);
   if (used.common) append(line, kCommonColumns);
   if (used.angle) append(line, kAngleColumns);
+  if (used.phi_h) append(line, std::string(kPhiHColumn));
+  if (used.tilt) append(line, std::string(kTiltColumn));
   if (used.kernel) append(line, std::string(kKernelColumn));
   if (used.pose) append(line, std::string(kPoseColumn));
   if (used.spot) append(line, std::string(kSpotColumn));
@@ -104,6 +110,8 @@ std::string row_of(const Sample& s, const Used& used, std::size_t extra_columns)
   if (used.angle) {
     for (const Angle u : {s.u_theta_h, s.u_theta_d, s.u_phi_d}) append(line, csv_degrees(u));
   }
+  if (used.phi_h) append(line, csv_degrees(s.direction.phi_h));
+  if (used.tilt) append(line, csv_degrees(s.u_tilt));
   if (used.kernel) append(line, csv_degrees(s.kernel));
   if (used.pose) append(line, std::to_string(s.pose));
   if (used.spot) append(line, std::to_string(s.spot));

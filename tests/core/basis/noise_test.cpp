@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
@@ -203,6 +204,62 @@ TEST(Noise, AnAngleErrorOfAPoseIsOneErrorScaledByTheSlopesAlongTheMean) {
   EXPECT_GT((other - expected).norm(), 0.03 * expected.norm()) << "the test cannot tell them apart";
 }
 
+TEST(Noise, ATiltOfAPoseMovesEachOfItsSamplesItsOwnWay) {
+  // Samples around a peak: a tilt brings some nearer to it and the others away. The covariance
+  // written out, with the slopes of the mean material.
+  const Basis& basis = test::full_basis();
+  const double u = Angle::from_degrees(0.1).radians();
+  samples::SampleSet set;
+  for (int i = 0; i < 5; ++i) {
+    const double between_bins = std::pow((14.0 + 2.0 * i) / 90.0, 2) * 90.0;
+    brdf::HalfDiff at = half_diff_deg(between_bins, 30.2 + i, 80);
+    samples::Sample sample = test::sample(test::material(3), {at}).samples[0];
+    at.phi_h = Angle::from_degrees(75.0 * i - 180.0);
+    sample.direction = at;
+    sample.u_tilt = Angle::from_radians(u);
+    sample.pose = 1;
+    set.samples.push_back(sample);
+  }
+  ReconstructOptions options;
+  options.method = Method::ridge;
+  options.model_eta = 1e-3;  // so small that the tilt dominates
+  options.relinearisations = 0;
+  const Fit found = fit(basis, set, options);
+
+  const double m = basis.row_count();
+  const BasisRows rows(basis);
+  Eigen::MatrixXd a(5, basis.component_count());
+  Eigen::VectorXd y(5);
+  Eigen::MatrixXd g(5, 2);
+  for (Eigen::Index i = 0; i < 5; ++i) {
+    const samples::Sample& sample = set.samples[static_cast<std::size_t>(i)];
+    const BasisRow row = rows.at(sample.direction);
+    a.row(i) = row.q.transpose();
+    y[i] = basis.mapping.forward(sample.value_per_sr[0], row.weight) - row.mean;
+    const double f = basis.mapping.inverse(row.mean, row.weight);
+    for (Eigen::Index axis = 0; axis < 2; ++axis) {
+      const double step = 1e-6;  // radians, of a turn of both directions about x or y
+      const Eigen::Matrix3d turn =
+          Eigen::AngleAxisd(step, Eigen::Vector3d::Unit(axis)).toRotationMatrix();
+      const brdf::DirectionPair pair = brdf::directions_from_half_diff(sample.direction);
+      const BasisRow next =
+          rows.at(brdf::half_diff_from_directions({turn * pair.wi, turn * pair.wo}));
+      const double f_next = basis.mapping.inverse(next.mean, next.weight);
+      g(i, axis) = basis.mapping.derivative(f, row.weight) * (f_next - f) / step * u;
+    }
+  }
+  const auto solved = [&](const Eigen::MatrixXd& noise) -> Eigen::VectorXd {
+    const Eigen::MatrixXd r = 1e-3 / m * Eigen::MatrixXd::Identity(5, 5) + noise;
+    return a.transpose() * (a * a.transpose() / m + r).partialPivLu().solve(y) / m;
+  };
+  const Eigen::VectorXd expected = solved(g * g.transpose());
+  EXPECT_LT((found.coefficients.col(0) - expected).norm(), 0.005 * expected.norm());
+  // All to one side, as if theta_h were off.
+  const Eigen::VectorXd size = g.rowwise().norm();
+  EXPECT_GT((solved(size * size.transpose()) - expected).norm(), 0.03 * expected.norm())
+      << "the test cannot tell them apart";
+}
+
 TEST(Noise, NearThePoleAndTheHorizonAngleUncertaintiesStayFinite) {
   samples::SampleSet set =
       test::sample(test::material(2), {half_diff_deg(0, 30, 0), half_diff_deg(0.02, 30, 0),
@@ -211,6 +268,7 @@ TEST(Noise, NearThePoleAndTheHorizonAngleUncertaintiesStayFinite) {
     sample.u_theta_h = Angle::from_degrees(0.5);
     sample.u_theta_d = Angle::from_degrees(0.5);
     sample.u_phi_d = Angle::from_degrees(180.0);
+    sample.u_tilt = Angle::from_degrees(0.5);
   }
   EXPECT_TRUE(fit(test::full_basis(), set).coefficients.allFinite());
 }

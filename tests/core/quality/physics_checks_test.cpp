@@ -149,6 +149,13 @@ TEST(Reciprocity, CountsWhatAngleErrorsMakeOfANarrowLobe) {
   // 0.2 deg of difference over sqrt(2) 0.15 deg, along a slope that is not constant.
   EXPECT_NEAR(check_reciprocity(off, tolerance, 3.0, &lobe).rms_z, 0.2 / 0.212, 0.1);
 
+  // The same of a tilt: two degrees from the mirror direction it moves theta_h by one of its parts.
+  for (samples::Sample& s : off.samples) {
+    s.u_theta_h = Angle();
+    s.u_tilt = Angle::from_degrees(0.15);
+  }
+  EXPECT_NEAR(check_reciprocity(off, tolerance, 3.0, &lobe).rms_z, 0.2 / 0.212, 0.1);
+
   samples::SampleSet wrong = off;  // a factor that no angle explains
   wrong.samples[1].value_per_sr *= 0.3;
   EXPECT_FALSE(check_reciprocity(wrong, tolerance, 3.0, &lobe).passed);

@@ -42,8 +42,9 @@ TEST_F(ReadSamples, ReadsAllOptionalColumns) {
   const SampleSet set = read_samples(written(
       std::string("# radiometric_scale=si\n") + kHeader +
       ",sigma_r,sigma_g,sigma_b,u_common_r,u_common_g,u_common_b,u_theta_h_deg,u_theta_d_deg,"
-      "u_phi_d_deg,kernel_deg,flags,pose\n1,2,3,4,5,6,.1,.2,.3,.4,.5,.6,.01,.02,.03,.12,"
-      "dark;clipped,7\n4,5,6,1,1,1,0,0,0,0,0,0,0,0,0,0,,\n"));
+      "u_phi_d_deg,kernel_deg,u_tilt_deg,phi_h_deg,flags,pose\n"
+      "1,2,3,4,5,6,.1,.2,.3,.4,.5,.6,.01,.02,.03,.12,.05,-170,dark;clipped,7\n"
+      "4,5,6,1,1,1,0,0,0,0,0,0,0,0,0,0,0,0,,\n"));
   ASSERT_EQ(set.samples.size(), 2u);
   const Sample& sample = set.samples[0];
   EXPECT_TRUE((sample.sigma_per_sr == brdf::Rgb(.1, .2, .3)).all());
@@ -51,6 +52,8 @@ TEST_F(ReadSamples, ReadsAllOptionalColumns) {
   EXPECT_EQ(sample.u_theta_h, Angle::from_degrees(.01));
   EXPECT_EQ(sample.u_theta_d, Angle::from_degrees(.02));
   EXPECT_EQ(sample.u_phi_d, Angle::from_degrees(.03));
+  EXPECT_EQ(sample.u_tilt, Angle::from_degrees(.05));
+  EXPECT_EQ(sample.direction.phi_h, Angle::from_degrees(-170));
   EXPECT_EQ(sample.kernel, Angle::from_degrees(.12));
   EXPECT_EQ(sample.flags, "dark;clipped");
   EXPECT_EQ(sample.pose, 7);

@@ -45,6 +45,8 @@ SampleSet random_samples() {
     s.u_theta_h = Angle::from_degrees(unit(generator));
     s.u_theta_d = Angle::from_degrees(unit(generator));
     s.u_phi_d = Angle::from_degrees(unit(generator));
+    s.u_tilt = Angle::from_degrees(unit(generator));
+    s.direction.phi_h = Angle::from_degrees(360.0 * unit(generator) - 180.0);
     s.kernel = Angle::from_degrees(unit(generator));
     s.pose = i / 9;
     s.spot = i % 9;
@@ -82,6 +84,8 @@ TEST_F(WriteSamples, ReadsBackToTheLastBit) {
     EXPECT_EQ(a.u_theta_h, b.u_theta_h);
     EXPECT_EQ(a.u_theta_d, b.u_theta_d);
     EXPECT_EQ(a.u_phi_d, b.u_phi_d);
+    EXPECT_EQ(a.u_tilt, b.u_tilt);
+    EXPECT_EQ(a.direction.phi_h, b.direction.phi_h);
     EXPECT_EQ(a.kernel, b.kernel);
     EXPECT_EQ(a.pose, b.pose);
     EXPECT_EQ(a.spot, b.spot);

@@ -93,9 +93,10 @@ struct Fit {
 ///          own rows.
 /// R        Mapped domain: diag(sigma_x^2 + model_eta/m), and for the samples of one pose what they
 ///          share: u_common, and the error of each angle times the slope of the current fit along
-///          it (a pose has one position, whatever the number of its sub-samples). With options.eta:
-///          eta/m on the diagonal; dark samples add their own sigma and u_common, nothing else
-///          does.
+///          it (a pose has one position, whatever the number of its sub-samples); likewise the tilt
+///          of the normal about two axes, which moves the sub-samples' directions each its own way.
+///          With options.eta: eta/m on the diagonal; dark samples add their own sigma and u_common,
+///          nothing else does.
 /// Dark     A sample with f w + eps below three of its own sigmas (or below eps/2) has no usable
 ///          logarithm: it enters linearised at the fit, x = g(f^) + g'(f^)(f - f^), f^ kept within
 ///          three sigmas of the sample. Without relinearisations, as in `nielsen`, or without any

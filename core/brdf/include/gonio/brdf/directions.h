@@ -41,6 +41,9 @@ HalfDiff half_diff_from_directions(const DirectionPair& pair);
 /// The inverse. Exact for every input; the directions may lie below the horizon.
 DirectionPair directions_from_half_diff(const HalfDiff& half_diff);
 
+/// The pair seen from a sample whose normal is off: turned about y, then about x of its frame.
+DirectionPair tilted(const DirectionPair& pair, Angle about_x, Angle about_y);
+
 /// Cosines of the polar angles of light and detector, without building vectors.
 struct PolarCosines {
   double cos_theta_i;

@@ -12,11 +12,15 @@ namespace gonio::samples {
 
 /// One measured BRDF value at one direction, with its uncertainty (k = 1).
 struct Sample {
-  brdf::HalfDiff direction;                       ///< measured, never commanded; phi_h unused
+  /// Measured, never commanded. phi_h only tells how the samples of a pose lie to each other.
+  brdf::HalfDiff direction;
   brdf::Rgb value_per_sr = brdf::Rgb::Zero();     ///< may be negative: dark after subtraction
   brdf::Rgb sigma_per_sr = brdf::Rgb::Zero();     ///< independent of all other samples
   brdf::Rgb u_common_per_sr = brdf::Rgb::Zero();  ///< common to all samples of the same pose
-  Angle u_theta_h, u_theta_d, u_phi_d;
+  Angle u_theta_h, u_theta_d, u_phi_d;            ///< common to all samples of the same pose
+  /// Of the surface's normal, about each of two axes in the surface; common to all samples of the
+  /// same pose. Comes on top of the three before.
+  Angle u_tilt;
   Angle kernel;   ///< angular spread (1 sd of theta_h) the value was averaged over
   int pose = -1;  ///< samples with the same id are sub-samples of one frame; -1: each its own
   /// Which part of the sample: number of the sub-sample in its frame's grid, row by row, the same
