@@ -3,16 +3,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cerrno>
-#include <span>
 #include <type_traits>
 
 #include "basis_schema.h"
 #include "gonio/errors/errors.h"
-#include "gonio/files/input_file.h"
 #include "gonio/parallel/parallel.h"
+#include "hdf5_structure.h"
 
 namespace gonio::basis::detail {
 namespace {
@@ -20,32 +18,11 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "values are read as they stand in the file");
 
-constexpr char kNotHdf5[] = "not a readable HDF5 file, expected a gonio basis";
-
-/// HDF5 puts a checksum on every block of metadata from superblock 2 on (format of 1.8). Damage to
-/// older files can crash the library or send it into a loop without end, so it never sees them.
-void require_checksums(const std::filesystem::path& path) {
-  constexpr std::array<unsigned char, 8> kSignature{0x89, 'H', 'D', 'F', '\r', '\n', 0x1a, '\n'};
-  constexpr unsigned char kFirstWithChecksums = 2;
-  std::array<unsigned char, kSignature.size() + 1> head{};
-  // The library would find a signature behind a block of another program's, too.
-  if (files::InputFile(path).read_some(std::as_writable_bytes(std::span(head))) < head.size() ||
-      !std::equal(kSignature.begin(), kSignature.end(), head.begin())) {
-    throw DataFormatError(path, "file", kNotHdf5);
-  }
-  if (head.back() < kFirstWithChecksums) {
-    throw DataFormatError(path, "superblock",
-                          "found version " + std::to_string(head.back()) +
-                              ", whose metadata have no checksums, expected at least 2: "
-                              "written by an earlier gonio, train again");
-  }
-}
-
 H5Handle open_file(const std::filesystem::path& path) {
-  require_checksums(path);
+  require_plain_structure(path);
   H5Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file.valid()) {
-    throw DataFormatError(path, "file", kNotHdf5);
+    throw DataFormatError(path, "file", "damaged, the HDF5 library cannot open it");
   }
   return file;
 }

@@ -14,9 +14,8 @@ namespace gonio::basis::detail {
 
 /// Attributes and data sets of an HDF5 file nobody vouches for. What a data set claims is checked
 /// against the file's size before memory is allocated, links out of the file are refused, and
-/// errors name file and place. Files of the format before HDF5 1.8 and texts of variable length,
-/// which have no checksums, are refused before the library reads them. The names are those of
-/// basis_schema.h.
+/// errors name file and place. What is not as plain as Hdf5Writer makes it is refused before the
+/// library reads it (hdf5_structure.h). The names are those of basis_schema.h.
 ///
 /// Errors   DataFormatError for anything the file does not hold as asked, FileError when it cannot
 ///          be read.

@@ -70,6 +70,10 @@ class Hdf5Writer {
     check(H5Pset_libver_bounds(access.get(), H5F_LIBVER_V18, H5F_LIBVER_V110), "format");
     const H5Handle creation(check(H5Pcreate(H5P_FILE_CREATE), "creation"), H5Pclose);
     check(H5Pset_obj_track_times(creation.get(), false), "times");  // of the root group
+    // All in the header of the root group, where Hdf5Reader wants them: no heaps, no B-trees.
+    constexpr unsigned kMost = 1000;
+    check(H5Pset_attr_phase_change(creation.get(), kMost, 0), "attributes");
+    check(H5Pset_link_phase_change(creation.get(), kMost, 0), "links");
     return {
         check(H5Fcreate(file.temporary_path().c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
               "the file"),

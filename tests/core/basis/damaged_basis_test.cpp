@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <functional>
 #include <limits>
 #include <string>
@@ -15,14 +14,12 @@
 #include "gonio/errors/errors.h"
 #include "temporary_folder.h"
 #include "test_materials.h"
-#include "value_ranges.h"
 
 namespace gonio::basis {
 namespace {
 
 using test::refusal;
 using test::small_basis;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// One way to make a good file bad, and what the refusal must say.
@@ -325,77 +322,6 @@ const std::vector<Damage>& damages() {
        {"material_names", "link"}},
   };
   return all;
-}
-
-/// Every third of the bytes between the values, without most of the zeros that only fill gaps: a
-/// sum over the block finds any of them.
-std::vector<std::size_t> structure_places(const std::filesystem::path& path,
-                                          const std::string& bytes) {
-  constexpr std::size_t kNear = 8;
-  constexpr std::size_t kEveryGapByte = 509;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> ranges = test::value_ranges(path);
-  ranges.emplace_back(bytes.size(), bytes.size());
-  std::vector<std::size_t> places;
-  std::size_t at = 0;
-  for (const auto& [begin, end] : ranges) {
-    for (; at < begin; ++at) {
-      const std::size_t from = at < kNear ? 0 : at - kNear;
-      const std::string around = bytes.substr(from, std::min(at + kNear, begin) - from);
-      const bool gap = around.find_first_not_of('\0') == std::string::npos;
-      if (at % (gap ? kEveryGapByte : 3) == 0) places.push_back(at);
-    }
-    at = end;
-  }
-  return places;
-}
-
-TEST(DamagedBasis, WithADamagedByteOfStructureIsRefusedOrReadAsItWas) {
-  const TemporaryFolder folder;
-  const Basis written =
-      train(test::training_set(), test::training_gram(), std::vector<std::size_t>{0, 1}, 1);
-  write_basis(folder / "a.h5", written);
-  const std::string bytes = read_bytes(folder / "a.h5");
-  const std::vector<std::size_t> places = structure_places(folder / "a.h5", bytes);
-  EXPECT_GT(places.size(), 1000u);
-  std::fstream file(folder / "a.h5", std::ios::in | std::ios::out | std::ios::binary);
-  const auto put = [&](std::size_t place, char byte) {
-    file.seekp(static_cast<std::streamoff>(place)).put(byte).flush();
-  };
-  // A loop in HDF5 would end the test by its time limit.
-  std::size_t refused = 0;
-  for (const std::size_t place : places) {
-    put(place, static_cast<char>(bytes[place] ^ 0x25));
-    try {
-      const Basis read = read_basis(folder / "a.h5");
-      EXPECT_TRUE(read.components == written.components && read.mean == written.mean &&
-                  read.singular_values == written.singular_values &&
-                  read.mapping == written.mapping && read.scale == written.scale &&
-                  read.materials[1].name == written.materials[1].name)
-          << "byte " << place;
-    } catch (const DataFormatError&) {
-      ++refused;
-    }
-    put(place, bytes[place]);
-  }
-  // Others lie in unused room of HDF5's blocks.
-  EXPECT_GT(refused, places.size() / 2);
-}
-
-TEST(DamagedBasis, OfTheFormatWithoutChecksumsIsRefused) {
-  const TemporaryFolder folder;
-  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
-  H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V18);
-  H5Fclose(H5Fcreate((folder / "a.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access));
-  H5Pclose(access);
-  EXPECT_THAT(refusal(folder / "a.h5"),
-              AllOf(HasSubstr("superblock: found version 0"), HasSubstr("train again")));
-}
-
-TEST(DamagedBasis, BehindABlockOfAnotherProgramIsRefused) {  // it could be of either format
-  const TemporaryFolder folder;
-  write_basis(folder / "a.h5", small_basis());
-  write_bytes(folder / "b.h5", std::string(512, 'x') + read_bytes(folder / "a.h5"));
-  EXPECT_THAT(refusal(folder / "b.h5"), HasSubstr("not a readable HDF5 file"));
 }
 
 TEST(DamagedBasis, ThatIsHostileIsRefusedByName) {

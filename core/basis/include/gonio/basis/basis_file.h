@@ -19,9 +19,9 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
 /// Reads what write_basis() wrote. The file is not trusted: shapes are checked against the lattice
 /// and the size of the file before anything is allocated, links out of the file are refused.
 ///
-/// Throws   FileError when it cannot be opened; DataFormatError: not HDF5, metadata without
-///          checksums (HDF5's format before 1.8, texts of variable length), a missing or wrongly
-///          shaped data set, non-finite values, parts that contradict each other (components whose
+/// Throws   FileError when it cannot be opened; DataFormatError: not HDF5, not as plain as
+///          write_basis() makes it (metadata without checksums, heaps, B-trees, chunks), a missing
+///          or wrongly shaped data set, non-finite values, parts that contradict each other (components whose
 ///          lengths are not the singular values), another lattice convention, an unknown scale
 ///          or version.
 /// Threads  As above.
