@@ -125,11 +125,15 @@ Spot spot_at(const instrument::Instrument& instrument, const rig::RigPose& pose,
   }
   spot.expected_pixels = std::abs(spot.expected_pixels);
   const int width = instrument.camera.width_px;
-  const int from_row = std::max(0, static_cast<int>(std::floor(first_row)));
-  const int to_row =
-      std::min(instrument.camera.height_px - 1, static_cast<int>(std::ceil(last_row)));
-  const int from_column = std::max(0, static_cast<int>(std::floor(first_column)));
-  const int to_column = std::min(width - 1, static_cast<int>(std::ceil(last_column)));
+  // Clamped first: a point beside the camera may have a pixel beyond any whole number.
+  const auto whole = [](double pixel, int size_px) {
+    return static_cast<int>(std::clamp(pixel, -1.0, static_cast<double>(size_px)));
+  };
+  const int height = instrument.camera.height_px;
+  const int from_row = std::max(0, whole(std::floor(first_row), height));
+  const int to_row = std::min(height - 1, whole(std::ceil(last_row), height));
+  const int from_column = std::max(0, whole(std::floor(first_column), width));
+  const int to_column = std::min(width - 1, whole(std::ceil(last_column), width));
   for (int row = from_row; row <= to_row; ++row) {
     for (int column = from_column; column <= to_column; ++column) {
       auto geometry = instrument::pixel_geometry(instrument, pose, column, row);

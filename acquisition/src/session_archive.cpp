@@ -87,9 +87,14 @@ class RowFields {
   std::size_t next_ = 0;
 };
 
-/// What is wrong with a frame's file against its journal entry; empty when nothing is.
-std::string fault_of(const std::filesystem::path& path, const std::string& sha256) {
+/// What is wrong with a frame's file against its journal entry; empty when nothing is. Who reads
+/// frames makes room for all pixels of the entry before the first is read.
+std::string fault_of(const std::filesystem::path& path, const std::string& sha256,
+                     const devices::Frame& shape) {
   if (!std::filesystem::is_regular_file(path)) return "is missing";
+  const std::uintmax_t pixel_bytes =
+      sizeof(std::uint16_t) * std::uintmax_t(shape.width_px) * std::uintmax_t(shape.height_px);
+  if (std::filesystem::file_size(path) < pixel_bytes) return "is smaller than its pixels";
   return files::sha256_of_file(path) == sha256 ? "" : "does not have its checksum";
 }
 
@@ -245,7 +250,8 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
   each_intact("frames", [&](RowFields& fields, const Journal::Row& row) {
     FrameRecord record = frame_record(fields, row.number);
     shapes_[record.id] = shape_of(fields);
-    if (const std::string fault = fault_of(folder_ / record.file, record.sha256); !fault.empty()) {
+    const std::string fault = fault_of(folder_ / record.file, record.sha256, shapes_[record.id]);
+    if (!fault.empty()) {
       damage_.push_back(fmt::format("frame {}: {} {}, left out", record.id, record.file, fault));
       return;
     }

@@ -281,6 +281,12 @@ TEST_F(Reduction, RefusesTheCalibrationOfAnotherCamera) {
   }
 }
 
+TEST_F(Reduction, LeavesOutASpotBeyondAllPixels) {  // and under sanitizers counts none of them
+  rig_.known.camera.fx_px = rig_.known.camera.fy_px = 1e15;
+  write_session(0.25);
+  EXPECT_THAT(refusal(), HasSubstr("found no usable point"));
+}
+
 TEST_F(Reduction, LeavesOutAPointWhoseChannelsAreNotAllThere) {
   {
     SessionWriter archive(folder_, {}, {});

@@ -136,6 +136,18 @@ TEST_F(SessionArchive, LeavesOutPixelsThatChanged) {
   EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("000001.tiff does not have its checksum")));
 }
 
+TEST_F(SessionArchive, LeavesOutAFrameThatCannotHoldItsPixels) {
+  {
+    SessionWriter writer(folder_, {}, {});
+    devices::Frame frame = small_frame(1);
+    frame.width_px = frame.height_px = 60000;  // 7 GB, which a reader would make room for
+    writer.append(small_record(), frame);
+  }
+  const SessionReader reader(folder_);
+  EXPECT_THAT(reader.frames(), IsEmpty());
+  EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("000001.tiff is smaller than its pixels")));
+}
+
 TEST_F(SessionArchive, NoticesARowThatWasTakenOut) {
   write_two_frames();
   run_sql(folder_, "DROP TRIGGER frames_no_DELETE; DELETE FROM frames WHERE number = 1;");
