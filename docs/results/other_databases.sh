@@ -5,7 +5,8 @@
 #   docs/results/other_databases.sh MERL RGL_NETWORKS RGL OUT_FOLDER
 #
 # MERL and RGL_NETWORKS: folders of decoded networks (.binary), RGL: measured files (.bsdf). FOLDS
-# (default 10). Needs python3. OUT_FOLDER gets merl.json, mixed.json and a summary on standard output.
+# (default 10). Needs python3. OUT_FOLDER gets genuine.json, merl.json, mixed.json and a summary on
+# standard output.
 set -eu
 
 merl=$1
@@ -29,10 +30,18 @@ for path in "$networks"/*.binary; do
     "$(sha256sum < "$path" | cut -d' ' -f1)" > "$work/networks/$name.json"
 done
 
+# Every measured RGL material left out with its siblings alone: as many folds as there are groups.
+listed=$(grep -c '_rgb' "$here/rgl_siblings.csv")
+groups=$(sed '/^#/d; /^material,/d' "$here/rgl_siblings.csv" | cut -d, -f2 | sort -u | wc -l)
+all=$(ls -- "$merl"/*.binary "$work"/networks/*.binary "$rgl"/*.bsdf | wc -l)
+# shellcheck disable=SC2046  # names hold no blanks
+"$gonio" evaluate "$merl" "$work/networks" "$rgl" --folds "$((all - listed + groups))" \
+  --samples 5,10,20 --scale si --siblings "$here/rgl_siblings.csv" --json \
+  --score $(cd "$rgl" && ls -- *.bsdf | sed 's/\.bsdf$//') > "$out/genuine.json"
 "$gonio" evaluate "$merl" --folds "$folds" --samples 10 --scale si --trust --noise 0.03 --json \
   > "$out/merl.json"
 "$gonio" evaluate "$merl" "$work/networks" "$rgl" --folds "$folds" --samples 5,10,20 --scale si \
-  --exclude-siblings "$here/rgl_siblings.csv" --trust --noise 0.03 --json > "$out/mixed.json"
+  --siblings "$here/rgl_siblings.csv" --trust --noise 0.03 --json > "$out/mixed.json"
 
 python3 - "$out" "$merl" "$rgl" << 'PYTHON'
 import json, os, sys
@@ -67,6 +76,13 @@ def verdict(rows, threshold):
             f"{alarms} of {len(rows) - bad} others")
 
 
+for result in json.load(open(os.path.join(out, "genuine.json"))):
+    rows = result["materials"]
+    ordinary = [m for m in rows if not m["material"].startswith(odd)]
+    print(f'{result["method"]}, each measured RGL material left out with its siblings, no noise: '
+          f'ordinary {mean(m["psnr_a_db"] for m in ordinary):.2f} dB '
+          f'({", ".join(f"""{m["psnr_a_db"]:.1f}""" for m in ordinary)}), '
+          f'others {mean(m["psnr_a_db"] for m in rows if m not in ordinary):.2f} dB')
 alone = json.load(open(os.path.join(out, "merl.json")))[0]["materials"]
 for result in json.load(open(os.path.join(out, "mixed.json"))):
     rows = result["materials"]

@@ -174,11 +174,11 @@ TEST_F(BadInput, KeepsAnInputOfTheSidecarsName) {
 TEST_F(BadInput, NamesTheLineOfAMaterialWithTwoGroups) {
   folder.write("siblings.csv", "material,group\nslate,a\nslate,a\nslate,b\n");
   refused({"evaluate", "builtin:slate", "builtin:red-pmma", "builtin:oak-oiled", "builtin:grey-abs",
-           "--folds", "2", "--exclude-siblings", "siblings.csv"},
+           "--folds", "2", "--siblings", "siblings.csv"},
           {"siblings.csv", "line 4", "slate"});
   folder.write("others.csv", "material,group\nslat,a\n");
   refused({"evaluate", "builtin:slate", "builtin:red-pmma", "builtin:oak-oiled", "builtin:grey-abs",
-           "--folds", "2", "--exclude-siblings", "others.csv"},
+           "--folds", "2", "--siblings", "others.csv"},
           {"others.csv", "names none of the 4 materials"});
 }
 

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
-#include <map>
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "command.h"
@@ -11,12 +10,13 @@
 #include "gonio/quality/evaluate.h"
 #include "gonio/quality/verdict.h"
 #include "gonio/rig/kinematics.h"
-#include "gonio/samples/csv.h"
 #include "json_text.h"
 #include "materials_input.h"
 #include "near_field_plan.h"
 #include "noise_options.h"
 #include "planning.h"
+#include "siblings_input.h"
+#include "suggest.h"
 
 namespace gonio::cli {
 namespace {
@@ -27,6 +27,7 @@ struct EvaluateOptions {
   ScaleWish scale;
   std::string directions;
   std::string siblings;
+  std::vector<std::string> scored;
   std::vector<int> samples = {10};
   int folds = 5;
   int components = basis::kDefaultComponents;
@@ -42,42 +43,21 @@ struct EvaluateOptions {
   bool json = false;
 };
 
-/// One group per material of the set, from a CSV file "material,group"; materials it does not list
-/// stand alone. A file serves subsets too: names that are not in the set bring a warning, but a
-/// file that names none of them is an error.
-std::vector<std::string> groups_from(const Console& console, const std::filesystem::path& path,
-                                     const basis::TrainingSet& set) {
-  samples::CsvReader reader(path);
-  const auto material = reader.column("material");
-  const auto group = reader.column("group");
-  if (!material || !group) {
-    throw UsageError(fmt::format("{}: line {}: expected columns material and group", path.string(),
-                                 reader.header_line()));
+/// Positions of the materials named. Throws UsageError for a name that is not given.
+std::vector<std::size_t> positions_of(const std::vector<std::string>& names,
+                                      const TrainingInput& input) {
+  std::vector<std::string> known;
+  for (std::size_t i = 0; i < input.size(); ++i) known.push_back(input.name(i));
+  std::vector<std::size_t> positions;
+  for (const std::string& name : names) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) {
+      throw UsageError(fmt::format("--score {}: no such material among the {} given{}", name,
+                                   known.size(), did_you_mean(name, known)));
+    }
+    positions.push_back(static_cast<std::size_t>(found - known.begin()));
   }
-  std::map<std::string, std::string> group_of;
-  while (const auto row = reader.next()) {
-    const auto [known, added] = group_of.emplace(row->cells[*material], row->cells[*group]);
-    if (added || known->second == row->cells[*group]) continue;
-    throw UsageError(fmt::format("{}: line {}: {} stands in two groups, {} and {}", path.string(),
-                                 row->line, known->first, known->second, row->cells[*group]));
-  }
-  std::vector<std::string> groups;
-  const std::size_t named = group_of.size();
-  for (const basis::MaterialId& id : set.materials()) {
-    const auto found = group_of.find(id.name);
-    groups.push_back(found == group_of.end() ? std::string() : found->second);
-    if (found != group_of.end()) group_of.erase(found);
-  }
-  if (group_of.empty()) return groups;
-  if (group_of.size() == named) {
-    throw UsageError(fmt::format("{}: names none of the {} materials given", path.string(),
-                                 set.material_count()));
-  }
-  std::vector<std::string> unknown;
-  for (const auto& listed : group_of) unknown.push_back(listed.first);
-  console.warn(fmt::format("{}: not among the materials given: {}", path.string(),
-                           fmt::join(unknown, ", ")));
-  return groups;
+  return positions;
 }
 
 std::vector<brdf::HalfDiff> usable_directions(const Console& console, const std::string& word) {
@@ -137,7 +117,8 @@ std::string trust_text(const quality::ContenderResult& result) {
 
 int evaluate(Context& context, const EvaluateOptions& options) {
   if (options.shots == 0) refuse_near_field_options(options.camera, "--shots");
-  const TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
+  TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
+  if (!options.siblings.empty()) read_siblings(context.console, options.siblings, input);
   if (input.size() < 4) {
     throw UsageError(fmt::format("found {} materials, expected at least 4", input.size()));
   }
@@ -202,9 +183,9 @@ int evaluate(Context& context, const EvaluateOptions& options) {
   how.seed = options.seed;
   how.importance = importance_blend(options.weights);
   how.trust = options.trust;
-  if (!options.siblings.empty()) how.groups = groups_from(context.console, options.siblings, set);
+  how.tested = positions_of(options.scored, input);
   try {
-    how.validate(set.material_count());
+    how.validate(set.materials());
   } catch (const std::invalid_argument& error) {
     throw UsageError(error.what());
   }
@@ -294,8 +275,9 @@ void add_evaluate(const Command& root) {
   command.text("--directions", options->directions,
                "Score these as well: a CSV file or a published set");
   command.texts("--exclude", options->excluded, "Leave these materials out altogether");
-  command.text("--exclude-siblings", options->siblings,
-               "CSV file material,group: materials of one group always share a fold");
+  command.texts("--score", options->scored,
+                "Score only these materials; the others still train (default: all)");
+  add_siblings_option(command, options->siblings);
   command.number("--patch", options->patch_mm, 0.0, 500.0,
                  "Half width of the sample in mm whose directions every pose sees; 0: points");
   command.text("--weights", options->weights, "Where errors matter, as for plan");

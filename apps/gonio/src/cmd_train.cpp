@@ -8,6 +8,7 @@
 #include "materials_input.h"
 #include "outputs.h"
 #include "provenance.h"
+#include "siblings_input.h"
 
 namespace gonio::cli {
 namespace {
@@ -20,6 +21,7 @@ struct TrainOptions {
   std::vector<std::string> excluded;
   ScaleWish scale;
   std::string source;
+  std::string siblings;
   bool force = false;
 };
 
@@ -60,6 +62,7 @@ int train(Context& context, const TrainOptions& options) {
   require_output(options.out, options.force, {options.append});
   require_label(options.source);
   TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
+  if (!options.siblings.empty()) read_siblings(context.console, options.siblings, input);
   for (basis::MaterialFile& file : input.files) {
     file.source = options.source;
     require_output(options.out, options.force, {file.path.string()});
@@ -148,6 +151,7 @@ void add_train(const Command& root) {
   add_scale_options(command, options->scale);
   command.text("--source", options->source,
                "Database the files come from, kept with the basis (default: their format's name)");
+  add_siblings_option(command, options->siblings);
   command.force(options->force);
   command.on_call(options, train);
 }

@@ -215,10 +215,15 @@ basis::TrainingSet load_training_set(const TrainingInput& input,
   const auto report = [&](std::size_t done) {
     on_progress(static_cast<double>(done) / static_cast<double>(input.size()));
   };
+  const auto group_of = [&](const std::string& name) {
+    const auto found = input.groups.find(name);
+    return found == input.groups.end() ? std::string() : found->second;
+  };
   basis::TrainingSet set(input.scale);
   for (const brdf::BuiltinMaterial* material : input.builtins) {
     report(set.material_count());
     basis::MaterialId id{material->name, material->family, ""};
+    id.group = group_of(material->name);
     id.source = kBuiltin;
     if (input.scale == brdf::RadiometricScale::si) {
       set.add(std::move(id), *material->model);
@@ -228,7 +233,9 @@ basis::TrainingSet load_training_set(const TrainingInput& input,
     set.add(std::move(id),
             brdf::Mixture({{brdf::Rgb::Constant(id.scale_factor), material->model}}));
   }
-  set.add_files(input.files, [&](std::size_t done) { report(input.builtins.size() + done); });
+  std::vector<basis::MaterialFile> files = input.files;
+  for (basis::MaterialFile& file : files) file.group = group_of(file.path.stem().string());
+  set.add_files(files, [&](std::size_t done) { report(input.builtins.size() + done); });
   return set;
 }
 

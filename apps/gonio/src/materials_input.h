@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -65,6 +66,7 @@ struct TrainingInput {
   double merl_to_si = brdf::kMerlToSi;
   std::vector<const brdf::BuiltinMaterial*> builtins;
   std::vector<basis::MaterialFile> files;
+  std::map<std::string, std::string> groups;  ///< of siblings, by the material's name
 
   std::size_t size() const { return builtins.size() + files.size(); }
   std::string name(std::size_t i) const;

@@ -26,6 +26,7 @@ constexpr char kMaterialNames[] = "material_names";
 constexpr char kMaterialFamilies[] = "material_families";
 constexpr char kMaterialHashes[] = "material_sha256";
 constexpr char kMaterialSources[] = "material_sources";             // absent: unknown
+constexpr char kMaterialGroups[] = "material_groups";               // absent: no siblings
 constexpr char kMaterialScaleFactors[] = "material_scale_factors";  // absent: 1 for all
 
 /// Far above any collection of measured materials; bounds what a hostile file can ask for.

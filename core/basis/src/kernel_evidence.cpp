@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "gonio/basis/siblings.h"
 #include "gonio/parallel/parallel.h"
 #include "kernel_solve.h"
 
@@ -61,15 +62,17 @@ struct Candidate {
   double log_error = 0.0;
 };
 
-Candidate solve(const Basis& basis, const ChannelEquations& equations, const KernelShape& shape) {
+Candidate solve(const Basis& basis, const RowPrior& prior,
+                const std::vector<std::vector<Eigen::Index>>& groups,
+                const ChannelEquations& equations, const KernelShape& shape) {
   Candidate candidate;
   candidate.solution.coefficients.resize(basis.component_count(), 3);
   for (std::size_t channel = 0; channel < equations.size(); ++channel) {
-    const KernelSolve kernel(basis.left_vectors, equations[channel], shape);
+    const KernelSolve kernel(basis, prior, equations[channel], shape);
     candidate.solution.coefficients.col(static_cast<Eigen::Index>(channel)) =
         kernel.coefficients(equations[channel]);
     // The noise of the channels differs little: one stands for all.
-    if (channel == 1) candidate.solution.left_out_residuals = kernel.leave_one_out();
+    if (channel == 1) candidate.solution.left_out_residuals = kernel.leave_out(groups);
   }
   candidate.solution.kernel_share = shape.amplitude > 0.0 ? 1.0 : 0.0;
   return candidate;
@@ -78,7 +81,7 @@ Candidate solve(const Basis& basis, const ChannelEquations& equations, const Ker
 }  // namespace
 
 Evidence single_kernel(const Basis& basis, const ChannelEquations& equations) {
-  return solve(basis, equations, kUsualShape).solution;
+  return solve(basis, uniform_prior(basis), rows_of_groups(basis), equations, kUsualShape).solution;
 }
 
 Evidence weigh_kernels(const Basis& basis,
@@ -88,12 +91,14 @@ Evidence weigh_kernels(const Basis& basis,
   for (std::size_t i = 0; i < equations.size(); ++i) {
     equations[i] = equations_at(kModelFactors[i] * model_eta);
   }
+  const RowPrior prior = heavy_tailed_prior(basis, equations.back()[1]);
+  const std::vector<std::vector<Eigen::Index>> groups = rows_of_groups(basis);
   const Eigen::VectorXd neighbours = neighbour_weights(basis, equations.back());
 
   std::vector<Candidate> candidates(equations.size() * kAmplitudes.size());
   parallel::for_each_block(0, candidates.size(), 1, [&](std::size_t i, std::size_t) {
     const KernelShape shape{kAmplitudes[i % kAmplitudes.size()], kUsualShape.length};
-    candidates[i] = solve(basis, equations[i / kAmplitudes.size()], shape);
+    candidates[i] = solve(basis, prior, groups, equations[i / kAmplitudes.size()], shape);
     candidates[i].log_error =
         mean_log_error(basis, candidates[i].solution.left_out_residuals, neighbours);
   });

@@ -24,9 +24,10 @@ Evidence single_kernel(const Basis& basis, const ChannelEquations& equations);
 
 /// Kernels of several strengths (none among them) at several model noises, each weighed by how well
 /// it predicts the training materials that look like the measured one from samples like these,
-/// without their own rows: the mean of ln |residual|^2 over them, likeness falling with the
-/// distance of the samples. Nobody has to know the right strength: on ten patches the mean was
-/// level with the best single candidate, on ten points 0.1 dB below it (docs/results.md).
+/// without their own rows and their siblings': the mean of ln |residual|^2 over them, likeness
+/// falling with the distance of the samples. Nobody has to know the right strength: on ten patches
+/// the mean was level with the best single candidate, on ten points 0.1 dB below it
+/// (docs/results.md). All with heavy_tailed_prior().
 ///
 /// `equations_at`  The equations when the model noise is as given (ReconstructOptions::model_eta).
 /// Threads         Candidates are shared out; the same bytes with any number of threads.

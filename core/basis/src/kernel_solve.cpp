@@ -14,11 +14,12 @@ Eigen::ArrayXXd rational_quadratic(const Eigen::ArrayXXd& square, const KernelSh
 
 }  // namespace
 
-KernelSolve::KernelSolve(const Eigen::MatrixXd& left_vectors, const NormalEquations& equations,
-                         const KernelShape& shape)
-    : left_vectors_(left_vectors), shape_(shape), m_(static_cast<double>(left_vectors.rows())) {
+KernelSolve::KernelSolve(const Basis& basis, const RowPrior& prior,
+                         const NormalEquations& equations, const KernelShape& shape)
+    : left_vectors_(basis.left_vectors), prior_(prior), shape_(shape) {
   const Eigen::MatrixXd& u = left_vectors_;
-  Eigen::MatrixXd system = u * (equations.information * u.transpose()) / m_;
+  const Eigen::MatrixXd v = u.rowwise() - prior.mean.transpose();
+  Eigen::MatrixXd system = v * (equations.information * v.transpose()) / prior.mass;
   const Eigen::MatrixXd inner = u * (equations.likeness * u.transpose());
   likeness_square_ = inner.diagonal();
   if (shape_.amplitude > 0.0) {
@@ -27,7 +28,7 @@ KernelSolve::KernelSolve(const Eigen::MatrixXd& left_vectors, const NormalEquati
     square.rowwise() += likeness_square_.array().transpose();
     system.array() += rational_quadratic(square, shape_);
   }
-  system.diagonal().array() += 1.0;
+  system.diagonal().array() += prior.weight.array().inverse();
   factor_.compute(system);
   if (factor_.info() != Eigen::Success) {
     throw NumericalError("reconstruct: the kernel system is not positive definite");
@@ -36,23 +37,27 @@ KernelSolve::KernelSolve(const Eigen::MatrixXd& left_vectors, const NormalEquati
 
 Eigen::VectorXd KernelSolve::coefficients(const NormalEquations& equations) const {
   const Eigen::MatrixXd& u = left_vectors_;
-  Eigen::VectorXd likeness = u * equations.right / m_;
+  const Eigen::VectorXd right = equations.right - equations.information * prior_.mean;
+  Eigen::VectorXd likeness = u * right;
+  likeness.array() -= prior_.mean.dot(right);
+  likeness /= prior_.mass;
   if (shape_.amplitude > 0.0) {
     const Eigen::ArrayXXd square =
         (likeness_square_ - 2.0 * (u * equations.likeness_right)).array() +
         equations.likeness_square;
     likeness.array() += rational_quadratic(square, shape_).col(0);
   }
-  return u.transpose() * factor_.solve(likeness);
+  const Eigen::VectorXd alpha = factor_.solve(likeness);
+  return u.transpose() * alpha + (1.0 - alpha.sum()) * prior_.mean;
 }
 
-Eigen::MatrixXd KernelSolve::leave_one_out() const {
+Eigen::MatrixXd KernelSolve::leave_out(const std::vector<std::vector<Eigen::Index>>& groups) const {
   const Eigen::Index m = left_vectors_.rows();
   const Eigen::MatrixXd inverse = factor_.solve(Eigen::MatrixXd::Identity(m, m));
-  Eigen::MatrixXd residual = inverse * left_vectors_;
-  for (Eigen::Index row = 0; row < m; row += 3) {
-    residual.middleRows(row, 3) =
-        inverse.block(row, row, 3, 3).llt().solve(residual.middleRows(row, 3)).eval();
+  Eigen::MatrixXd residual = inverse * (left_vectors_.rowwise() - prior_.mean.transpose());
+  for (const std::vector<Eigen::Index>& rows : groups) {
+    const Eigen::MatrixXd own = residual(rows, Eigen::all);
+    residual(rows, Eigen::all) = Eigen::MatrixXd(inverse(rows, rows)).llt().solve(own).eval();
   }
   return residual;
 }

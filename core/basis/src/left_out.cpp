@@ -3,6 +3,9 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <vector>
+
+#include "gonio/basis/siblings.h"
 
 namespace gonio::basis::detail {
 namespace {
@@ -134,8 +137,8 @@ void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>&
     scale_noise += noise_along(rows, mapped, model_variance, against_scale);
     if (c != 1) continue;
 
-    // The training materials by the green channel's noise, each without its own rows: removing
-    // three rows from the prior's covariance is a rank-3 change.
+    // The training materials by the green channel's noise, each without its group's rows: removing
+    // them from the prior's covariance is a change of as many ranks.
     const Eigen::MatrixXd seen = u * (equations.likeness * u.transpose());
     likeness.row_distance = -2.0 * seen;
     likeness.row_distance.colwise() += seen.diagonal();
@@ -151,15 +154,24 @@ void compare_with_training(const Basis& basis, const std::array<SeenChannel, 3>&
                                      .cwiseProduct(fit.left_out_residuals)
                                      .rowwise()
                                      .sum();
-    for (Eigen::Index t = 0; t < m / 3; ++t) {
-      likeness.left_out_chi2[t] = left.segment<3>(3 * t).sum() / values;
-      const Eigen::Matrix3d h_t = h.block<3, 3>(3 * t, 3 * t);
-      const Eigen::Vector3d b_t = b.segment<3>(3 * t);
-      const Eigen::LDLT<Eigen::Matrix3d> rest(prior * Eigen::Matrix3d::Identity() - h_t);
-      const double own_chi2 = prior * rest.solve(h_t).trace();
-      const Eigen::Vector3d moved = rest.solve(b_t);
-      likeness.left_out_innovation[t] =
-          without_scale(own_chi2, prior * moved.sum(), 3.0 * (s + b_t.dot(moved))) / values;
+    for (const std::vector<Eigen::Index>& group : rows_of_groups(basis)) {
+      const Eigen::MatrixXd own = h(group, group);
+      const Eigen::VectorXd own_b = b(group);
+      Eigen::MatrixXd rest = -own;
+      rest.diagonal().array() += prior;
+      const Eigen::LDLT<Eigen::MatrixXd> solver(rest);
+      const Eigen::VectorXd own_chi2 = prior * solver.solve(own).diagonal();
+      const Eigen::VectorXd moved = solver.solve(own_b);
+      const double own_square = 3.0 * (s + own_b.dot(moved));
+      for (std::size_t i = 0; i < group.size(); i += 3) {
+        const Eigen::Index material = group[i] / 3;
+        const auto at = static_cast<Eigen::Index>(i);
+        likeness.left_out_chi2[material] = left.segment<3>(3 * material).sum() / values;
+        likeness.left_out_innovation[material] =
+            without_scale(own_chi2.segment<3>(at).sum(), prior * moved.segment<3>(at).sum(),
+                          own_square) /
+            values;
+      }
     }
   }
   likeness.innovation = without_scale(chi2, product, square) / values;

@@ -83,11 +83,14 @@ std::vector<MaterialId> read_materials(const Hdf5Reader& reader) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     materials[i] = {std::move(names[i]), std::move(families[i]), std::move(hashes[i])};
   }
-  if (reader.has(schema::kMaterialSources)) {
-    std::vector<std::string> sources = reader.texts(schema::kMaterialSources);
-    reader.expect_length(schema::kMaterialSources, sources.size(), materials.size());
-    for (std::size_t i = 0; i < sources.size(); ++i) materials[i].source = std::move(sources[i]);
-  }
+  const auto read_optional = [&](const char* name, std::string MaterialId::*text) {
+    if (!reader.has(name)) return;
+    std::vector<std::string> texts = reader.texts(name);
+    reader.expect_length(name, texts.size(), materials.size());
+    for (std::size_t i = 0; i < texts.size(); ++i) materials[i].*text = std::move(texts[i]);
+  };
+  read_optional(schema::kMaterialSources, &MaterialId::source);
+  read_optional(schema::kMaterialGroups, &MaterialId::group);
   if (reader.has(schema::kMaterialScaleFactors)) read_scale_factors(reader, materials);
   return materials;
 }

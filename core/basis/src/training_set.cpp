@@ -93,6 +93,7 @@ void TrainingSet::add_files(std::span<const MaterialFile> files,
   for (std::size_t i = 0; i < files.size(); ++i) {
     ids[i].name = files[i].path.stem().string();
     ids[i].family = files[i].family;
+    ids[i].group = files[i].group;
     ids[i].source = files[i].source.empty()
                         ? std::string(to_string(brdf::material_format(files[i].path)))
                         : files[i].source;

@@ -12,6 +12,7 @@
 
 #include "cell_weights.h"
 #include "gonio/basis/dense_field.h"
+#include "gonio/basis/siblings.h"
 #include "gonio/brdf/cell_weight.h"
 #include "gonio/parallel/parallel.h"
 
@@ -89,10 +90,12 @@ Quantiles standardised_errors(const Basis& basis, const Fit& fit) {
     weights.push_back(brdf::cell_weight(lattice::angles_of(lattice::index_from_cell(cell))));
   }
   Eigen::MatrixXd neighbours(m, m);
-  for (Eigen::Index t = 0; t < m; ++t) {
-    Eigen::VectorXd distance = fit.likeness.row_distance.row(t).transpose();
-    distance.segment(3 * (t / 3), 3).setConstant(-1.0);
-    neighbours.row(t) = detail::likeness_weights(distance).transpose();
+  for (const std::vector<Eigen::Index>& group : rows_of_groups(basis)) {
+    for (const Eigen::Index t : group) {
+      Eigen::VectorXd distance = fit.likeness.row_distance.row(t).transpose();
+      distance(group).setConstant(-1.0);
+      neighbours.row(t) = detail::likeness_weights(distance).transpose();
+    }
   }
   const Eigen::MatrixXd errors = left * rows;
   const Eigen::MatrixXd expected = neighbours * errors.array().square().matrix();

@@ -24,7 +24,7 @@ void check_basis(const Basis& basis) {
       basis.left_vectors.rows() == basis.row_count() && basis.left_vectors.cols() == k;
   if (!fits) throw std::invalid_argument("write_basis: the parts of the basis do not fit together");
   for (const MaterialId& id : basis.materials) {
-    for (const std::string* text : {&id.name, &id.family, &id.sha256, &id.source}) {
+    for (const std::string* text : {&id.name, &id.family, &id.sha256, &id.source, &id.group}) {
       if (text->size() > schema::kLongestText) {
         throw std::invalid_argument("write_basis: a material text of " +
                                     std::to_string(text->size()) + " bytes, at most " +
@@ -83,19 +83,21 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
 
     const hsize_t p = static_cast<hsize_t>(basis.components.rows());
     const hsize_t k = static_cast<hsize_t>(basis.components.cols());
-    std::vector<std::string> names, families, hashes, sources;
+    std::vector<std::string> names, families, hashes, sources, groups;
     std::vector<double> scale_factors;
     for (const MaterialId& id : basis.materials) {
       names.push_back(id.name);
       families.push_back(id.family);
       hashes.push_back(id.sha256);
       sources.push_back(id.source);
+      groups.push_back(id.group);
       scale_factors.push_back(id.scale_factor);
     }
     writer.texts(schema::kMaterialNames, names);
     writer.texts(schema::kMaterialFamilies, families);
     writer.texts(schema::kMaterialHashes, hashes);
     writer.texts(schema::kMaterialSources, sources);
+    writer.texts(schema::kMaterialGroups, groups);
     writer.data_set<1>(schema::kMaterialScaleFactors, H5T_IEEE_F64LE,
                        {static_cast<hsize_t>(scale_factors.size())}, scale_factors.data());
     writer.data_set<1>(schema::kSingularValues, H5T_IEEE_F64LE,

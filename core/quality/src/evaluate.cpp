@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "gonio/basis/dense_field.h"
+#include "gonio/basis/siblings.h"
 #include "gonio/design/criteria.h"
 #include "gonio/quality/verdict.h"
 
@@ -16,34 +17,6 @@ namespace gonio::quality {
 namespace {
 
 constexpr double kPoseStepDeg = 2.0;
-
-/// Groups by first appearance; a material without a name is a group of its own. Without names the
-/// number is the material's position.
-struct Groups {
-  std::vector<std::size_t> of_material;
-  std::size_t count = 0;
-};
-
-Groups numbered_groups(const std::vector<std::string>& names, std::size_t materials) {
-  Groups groups;
-  std::map<std::string, std::size_t> number_of;
-  for (std::size_t i = 0; i < materials; ++i) {
-    std::size_t number = groups.count;
-    if (!names.empty() && !names[i].empty())
-      number = number_of.try_emplace(names[i], number).first->second;
-    if (number == groups.count) ++groups.count;
-    groups.of_material.push_back(number);
-  }
-  return groups;
-}
-
-std::vector<int> fold_of_material(const EvaluateOptions& options, std::size_t count) {
-  std::vector<int> folds;
-  for (const std::size_t group : numbered_groups(options.groups, count).of_material) {
-    folds.push_back(static_cast<int>(group % static_cast<std::size_t>(options.folds)));
-  }
-  return folds;
-}
 
 /// Mean of several draws' figures, so that noise is judged by its expectation.
 Comparison mean_of(const std::vector<Comparison>& draws) {
@@ -169,21 +142,18 @@ class Fold {
 
 }  // namespace
 
-void EvaluateOptions::validate(std::size_t material_count) const {
+void EvaluateOptions::validate(std::span<const basis::MaterialId> materials) const {
   const auto refuse = [](const std::string& why) {
     throw std::invalid_argument("evaluate: " + why);
   };
-  if (!groups.empty() && groups.size() != material_count) {
-    refuse(std::to_string(groups.size()) + " group names for " + std::to_string(material_count) +
-           " materials");
-  }
-  const std::size_t group_count = numbered_groups(groups, material_count).count;
+  const std::size_t group_count = basis::count_groups(materials);
   if (folds < 2 || static_cast<std::size_t>(folds) > group_count) {
     refuse("folds is " + std::to_string(folds) + ", expected 2 to the number of " +
-           (groups.empty() ? "materials, " : "groups, ") + std::to_string(group_count));
+           (group_count == materials.size() ? "materials, " : "groups of siblings, ") +
+           std::to_string(group_count));
   }
   for (const std::size_t material : tested) {
-    if (material >= material_count) {
+    if (material >= materials.size()) {
       refuse("there is no material " + std::to_string(material) + " to test");
     }
   }
@@ -261,10 +231,10 @@ std::optional<std::vector<ContenderResult>> evaluate(
     const std::vector<Contender>& contenders, const EvaluateOptions& options,
     const std::function<void(const EvaluateProgress&)>& progress, const std::stop_token& stop) {
   const std::size_t count = set.material_count();
-  options.validate(count);
+  options.validate(set.materials());
   if (contenders.empty()) throw std::invalid_argument("evaluate: no contender");
 
-  const std::vector<int> folds = fold_of_material(options, count);
+  const std::vector<std::size_t> groups = basis::sibling_groups(set.materials());
   std::vector<std::uint8_t> scored(count, options.tested.empty() ? 1 : 0);
   for (const std::size_t material : options.tested) scored[material] = 1;
 
@@ -279,7 +249,7 @@ std::optional<std::vector<ContenderResult>> evaluate(
     std::vector<std::size_t> training;
     std::vector<std::size_t> testing;
     for (std::size_t i = 0; i < count; ++i) {
-      if (folds[i] != number) {
+      if (groups[i] % static_cast<std::size_t>(options.folds) != static_cast<std::size_t>(number)) {
         training.push_back(i);
       } else if (scored[i] != 0) {
         testing.push_back(i);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <unordered_map>
 
+#include "gonio/basis/siblings.h"
 #include "gonio/parallel/parallel.h"
 #include "gonio/quality/verdict.h"
 #include "gonio/render/metric_sphere.h"
@@ -136,13 +137,12 @@ constexpr int kFeatures = 4;
 using Features = Eigen::Matrix<double, kFeatures, 1>;
 
 /// What an error like those of the nearest materials would do to a picture of this prediction.
-/// `self` is left out.
+/// Materials at an infinite distance are left out.
 double imagined_score(const ThinSphere& sphere, const Eigen::MatrixXf& prediction,
-                      const Eigen::MatrixXf& errors, const Eigen::VectorXd& distance,
-                      Eigen::Index self) {
+                      const Eigen::MatrixXf& errors, const Eigen::VectorXd& distance) {
   std::vector<Eigen::Index> order;
   for (Eigen::Index t = 0; t < distance.size(); ++t) {
-    if (t != self) order.push_back(t);
+    if (std::isfinite(distance[t])) order.push_back(t);
   }
   const auto nearest = order.begin() + static_cast<std::ptrdiff_t>(std::min(kTried, order.size()));
   std::partial_sort(order.begin(), nearest, order.end(), [&](Eigen::Index a, Eigen::Index b) {
@@ -218,9 +218,10 @@ std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit)
   const Eigen::Index m = basis.row_count();
   const Eigen::Index materials = m / 3;
   if (fit.left_out_residuals.rows() != m || fit.likeness.row_distance.rows() != m ||
-      materials < kFewestMaterials) {
+      basis::count_groups(basis.materials) < kFewestMaterials) {
     return std::nullopt;
   }
+  const std::vector<std::size_t> group = basis::sibling_groups(basis.materials);
   const ThinSphere sphere(basis);
   const Eigen::MatrixXf errors = sphere.field(fit.left_out_residuals.transpose());
   const Eigen::MatrixXf truths = sphere.field(basis.left_vectors.transpose());
@@ -236,9 +237,13 @@ std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit)
         scores[t] = decibels(mean_square_error(sphere.render(truth), sphere.render(prediction)));
         Eigen::VectorXd distance =
             material_distances(fit.likeness.row_distance.middleCols(3 * t, 3));
-        distance[t] = std::numeric_limits<double>::infinity();
+        for (Eigen::Index other = 0; other < materials; ++other) {
+          if (group[static_cast<std::size_t>(other)] == group[block]) {
+            distance[other] = std::numeric_limits<double>::infinity();
+          }
+        }
         nearest[t] = distance.minCoeff();
-        features.col(t) = features_of(imagined_score(sphere, prediction, errors, distance, t),
+        features.col(t) = features_of(imagined_score(sphere, prediction, errors, distance),
                                       fit.likeness.left_out_innovation[t],
                                       fit.likeness.left_out_chi2[t], nearest[t]);
       });
@@ -246,7 +251,7 @@ std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit)
 
   const Eigen::VectorXd distance = material_distances(fit.likeness.distance);
   const Features own =
-      features_of(imagined_score(sphere, sphere.field(fit.coefficients), errors, distance, -1),
+      features_of(imagined_score(sphere, sphere.field(fit.coefficients), errors, distance),
                   fit.likeness.innovation, fit.chi2_per_sample, distance.minCoeff());
   Outlook found;
   found.expected_psnr_db = explanation.at(own) - kOptimism_db;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "gonio/basis/siblings.h"
 #include "gonio/brdf/shading_geometry.h"
 #include "grazing_band.h"
 
@@ -121,12 +122,14 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
     return verdict;
   }
   if (!verdict.outlook) {
-    const int materials = static_cast<int>(basis.materials.size());
-    verdict.line = "cannot tell: the samples fit the training materials, but " +
-                   (materials < kFewestMaterials
-                        ? fmt::format("{} are too few to foresee an error ({} at least)", materials,
-                                      kFewestMaterials)
-                        : std::string("this method foresees no error (the method auto does)"));
+    const std::size_t materials = basis::count_groups(basis.materials);
+    verdict.line =
+        "cannot tell: the samples fit the training materials, but " +
+        (materials < kFewestMaterials
+             ? fmt::format(
+                   "{} (siblings counted once) are too few to foresee an error ({} at least)",
+                   materials, kFewestMaterials)
+             : std::string("this method foresees no error (the method auto does)"));
     return verdict;
   }
   verdict.trusted = true;

@@ -22,6 +22,7 @@ TEST(BasisFile, ReturnsWhatWasWritten) {
   Basis written = small_basis();
   written.materials[1].scale_factor = 2.75;
   written.materials[1].source = "rgl";
+  written.materials[1].group = "felt";
   write_basis(folder / "a.h5", written);
   const Basis read = read_basis(folder / "a.h5");
   EXPECT_EQ(read.components, written.components);
@@ -35,6 +36,8 @@ TEST(BasisFile, ReturnsWhatWasWritten) {
   EXPECT_EQ(read.materials[1].scale_factor, 2.75);
   EXPECT_EQ(read.materials[0].source, "");
   EXPECT_EQ(read.materials[1].source, "rgl");
+  EXPECT_EQ(read.materials[0].group, "");
+  EXPECT_EQ(read.materials[1].group, "felt");
   EXPECT_EQ(read.materials[2].name, "lobe-3");
   EXPECT_EQ(read.materials[2].family, "odd");
   EXPECT_EQ(read.materials[2].sha256, written.materials[2].sha256);

@@ -1,11 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "directions_deg.h"
+#include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
+#include "gonio/basis/siblings.h"
 #include "gonio/parallel/parallel.h"
 #include "test_materials.h"
 
@@ -58,6 +62,37 @@ ReconstructOptions with(Method method) {
   return options;
 }
 
+/// K + 1 of all training rows.
+Eigen::MatrixXd system_of(const Eigen::MatrixXd& training, double variance) {
+  const Eigen::Index m = training.cols();
+  Eigen::MatrixXd system(m, m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    for (Eigen::Index j = 0; j < m; ++j) {
+      system(i, j) = kernel(training.col(i), training.col(j), variance, static_cast<double>(m)) +
+                     (i == j ? 1.0 : 0.0);
+    }
+  }
+  return system;
+}
+
+/// The same regression on the other rows, asked for the ones of a group.
+void expect_left_out(const Basis& basis, const Eigen::MatrixXd& system, const Fit& found,
+                     const std::vector<Eigen::Index>& group) {
+  std::vector<Eigen::Index> others;
+  for (Eigen::Index i = 0; i < system.rows(); ++i) {
+    if (std::find(group.begin(), group.end(), i) == group.end()) others.push_back(i);
+  }
+  const Eigen::PartialPivLU<Eigen::MatrixXd> rest(Eigen::MatrixXd(system(others, others)));
+  for (const Eigen::Index row : group) {
+    const Eigen::VectorXd likeness = system(others, row);
+    const Eigen::VectorXd left =
+        basis.left_vectors.row(row).transpose() -
+        basis.left_vectors(others, Eigen::all).transpose() * rest.solve(likeness);
+    EXPECT_LT((found.left_out_residuals.row(row).transpose() - left).norm(),
+              kRouteTolerance * basis.left_vectors.row(row).norm());
+  }
+}
+
 TEST(Kernel, IsKernelRidgeOverTheTrainingRowsWrittenOut) {
   const Basis& basis = test::full_basis();
   const samples::SampleSet set = test::sample(test::material(40), directions());
@@ -66,13 +101,7 @@ TEST(Kernel, IsKernelRidgeOverTheTrainingRowsWrittenOut) {
   const Eigen::MatrixXd training = training_values(basis, set);
   const Eigen::Index m = training.cols();
   const double variance = ReconstructOptions().model_eta / static_cast<double>(m);
-  Eigen::MatrixXd system(m, m);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    for (Eigen::Index j = 0; j < m; ++j) {
-      system(i, j) = kernel(training.col(i), training.col(j), variance, static_cast<double>(m)) +
-                     (i == j ? 1.0 : 0.0);
-    }
-  }
+  const Eigen::MatrixXd system = system_of(training, variance);
   for (int channel = 0; channel < 3; ++channel) {
     const Eigen::VectorXd y = measured_values(basis, set, channel);
     Eigen::VectorXd likeness(m);
@@ -84,23 +113,29 @@ TEST(Kernel, IsKernelRidgeOverTheTrainingRowsWrittenOut) {
     EXPECT_LT((found.coefficients.col(channel) - expected).norm(),
               kRouteTolerance * expected.norm());
   }
-
-  // Leaving a material out: the same regression on the other rows, asked for the left-out ones.
-  for (Eigen::Index material = 0; material < m / 3; ++material) {
-    std::vector<Eigen::Index> others;
-    for (Eigen::Index i = 0; i < m; ++i) {
-      if (i / 3 != material) others.push_back(i);
-    }
-    const Eigen::PartialPivLU<Eigen::MatrixXd> rest(Eigen::MatrixXd(system(others, others)));
-    for (Eigen::Index row = 3 * material; row < 3 * material + 3; ++row) {
-      const Eigen::VectorXd likeness = system(others, row);
-      const Eigen::VectorXd left =
-          basis.left_vectors.row(row).transpose() -
-          basis.left_vectors(others, Eigen::all).transpose() * rest.solve(likeness);
-      EXPECT_LT((found.left_out_residuals.row(row).transpose() - left).norm(),
-                kRouteTolerance * basis.left_vectors.row(row).norm());
-    }
+  for (Eigen::Index row = 0; row < m; row += 3) {
+    expect_left_out(basis, system, found, {row, row + 1, row + 2});
   }
+}
+
+TEST(Kernel, LeavesSiblingsOutTogether) {
+  Basis basis = test::full_basis();
+  basis.materials[1].group = "twins";
+  basis.materials[4].group = "twins";
+  EXPECT_EQ(sibling_groups(basis.materials), (std::vector<std::size_t>{0, 1, 2, 3, 1, 4}));
+  EXPECT_EQ(count_groups(basis.materials), 5u);
+  const samples::SampleSet set = test::sample(test::material(40), directions());
+  const Fit found = fit(basis, set, with(Method::kernel));
+  const Eigen::MatrixXd training = training_values(basis, set);
+  const Eigen::MatrixXd system =
+      system_of(training, ReconstructOptions().model_eta / static_cast<double>(basis.row_count()));
+  expect_left_out(basis, system, found, {3, 4, 5, 12, 13, 14});
+  expect_left_out(basis, system, found, {6, 7, 8});
+  // What the verdict compares with knows less of a twin, and the same of the others.
+  const Fit apart = fit(test::full_basis(), set, with(Method::kernel));
+  EXPECT_GT(found.likeness.left_out_innovation[4], 1.01 * apart.likeness.left_out_innovation[4]);
+  EXPECT_NEAR(found.likeness.left_out_innovation[2], apart.likeness.left_out_innovation[2],
+              1e-6 * apart.likeness.left_out_innovation[2]);
 }
 
 TEST(Kernel, CountsTheNoiseSharedByAPose) {

@@ -23,6 +23,7 @@ struct MaterialId {
   double scale_factor = 1.0;
   std::string source =
       {};  ///< database it comes from, such as merl, rgl, builtin; empty when unknown
+  std::string group = {};  ///< of siblings (siblings.h); empty: it has none
 };
 
 /// A file to train on, in any format of brdf::read_material().
@@ -32,6 +33,7 @@ struct MaterialFile {
   /// Brings its values to the set's scale when it has another; empty: another scale is refused.
   std::optional<double> scale_factor = std::nullopt;
   std::string source = {};  ///< empty: the name of the file's format
+  std::string group = {};   ///< as MaterialId::group
 };
 
 /// Mapped training data: three rows (R, G, B) per material, one column per lattice cell above the

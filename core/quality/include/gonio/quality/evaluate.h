@@ -38,14 +38,10 @@ struct Contender {
 };
 
 struct EvaluateOptions {
-  int folds =
-      5;  ///< 2 to the number of groups (materials without); as many leaves one out at a time
+  /// 2 to the number of groups of siblings; as many leaves one group out at a time.
+  int folds = 5;
   /// Indices of the materials to score; empty scores all. The others still train.
   std::vector<std::size_t> tested;
-  /// One name per material, empty for none: materials with the same name (one family, siblings of
-  /// one measurement) always stand in one fold. A material without a name is a group of its own.
-  /// Empty: no groups.
-  std::vector<std::string> groups;
   int components = basis::kDefaultComponents;
   design::ExchangeOptions design;  ///< but for sample_count and seed, which stand elsewhere
   design::LeaveOneOutOptions leave_one_out;  ///< but for eta and seed, which are the exchange's
@@ -64,7 +60,7 @@ struct EvaluateOptions {
   std::uint64_t seed = 1;  ///< of the searches and the noise
 
   /// Throws std::invalid_argument naming the field.
-  void validate(std::size_t material_count) const;
+  void validate(std::span<const basis::MaterialId> materials) const;
 };
 
 /// What was said of a result before the truth was looked at, and how true it was.
@@ -126,9 +122,9 @@ struct EvaluateProgress {
 /// tabulated. Training data fill holes; a score must not.
 using TruthSource = std::function<brdf::BrdfTable(std::size_t material)>;
 
-/// Held-out evaluation. Fold of a material: the number of its group, counted in order of first
-/// appearance, modulo `folds`; without groups that number is its position. Basis, design and every
-/// setting come from the other folds alone.
+/// Held-out evaluation. Fold of a material: the number of its group (basis::sibling_groups())
+/// modulo `folds`; without siblings that number is its position. Basis, design and every setting
+/// come from the other folds alone.
 ///
 /// Memory   The training set, one basis, two tables.
 /// Stop     Between reconstructions and within the searches for directions: returns empty.

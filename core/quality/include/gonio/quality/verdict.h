@@ -43,7 +43,7 @@ struct Outlook {
 };
 
 /// Fewer left-out materials than this explain nothing.
-constexpr int kFewestMaterials = 12;
+constexpr std::size_t kFewestMaterials = 12;
 
 /// Empty for a fit by ridge or as published (they leave nothing out) and for fewer than
 /// kFewestMaterials training materials.

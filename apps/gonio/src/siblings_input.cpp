@@ -1,0 +1,54 @@
+#include "siblings_input.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <map>
+#include <vector>
+
+#include "command.h"
+#include "failures.h"
+#include "gonio/samples/csv.h"
+
+namespace gonio::cli {
+
+void add_siblings_option(const Command& command, std::string& path) {
+  command.text("--siblings", path,
+               "CSV file material,group: materials of one group are left out together");
+}
+
+void read_siblings(const Console& console, const std::filesystem::path& path,
+                   TrainingInput& input) {
+  samples::CsvReader reader(path);
+  const auto material = reader.column("material");
+  const auto group = reader.column("group");
+  if (!material || !group) {
+    throw UsageError(fmt::format("{}: line {}: expected columns material and group", path.string(),
+                                 reader.header_line()));
+  }
+  std::map<std::string, std::string> group_of;
+  while (const auto row = reader.next()) {
+    const auto [known, added] = group_of.emplace(row->cells[*material], row->cells[*group]);
+    if (added || known->second == row->cells[*group]) continue;
+    throw UsageError(fmt::format("{}: line {}: {} stands in two groups, {} and {}", path.string(),
+                                 row->line, known->first, known->second, row->cells[*group]));
+  }
+  std::map<std::string, std::string> unknown = group_of;
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    const auto found = group_of.find(input.name(i));
+    if (found == group_of.end()) continue;
+    input.groups[found->first] = found->second;
+    unknown.erase(found->first);
+  }
+  if (input.groups.empty()) {
+    throw UsageError(
+        fmt::format("{}: names none of the {} materials given", path.string(), input.size()));
+  }
+  if (unknown.empty()) return;
+  std::vector<std::string> names;
+  for (const auto& listed : unknown) names.push_back(listed.first);
+  console.warn(
+      fmt::format("{}: not among the materials given: {}", path.string(), fmt::join(names, ", ")));
+}
+
+}  // namespace gonio::cli
