@@ -37,10 +37,6 @@ std::string Hdf5Reader::text_attribute(const char* name) const {
   const H5Handle attribute = open_attribute(name);
   const H5Handle type(H5Aget_type(attribute.get()), H5Tclose);
   if (H5Tget_class(type.get()) != H5T_STRING) fail(name, "attribute is not a text");
-  if (H5Tis_variable_str(type.get()) != 0) {
-    // Those lie in a heap without checksums, where damage can crash or hang the library.
-    fail(name, "is a text of variable length, expected a fixed one");
-  }
   return fixed_text(name, attribute, H5Tget_size(type.get()));
 }
 

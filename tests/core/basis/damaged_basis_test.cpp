@@ -215,7 +215,7 @@ const std::vector<Damage>& damages() {
        {"file_kind", "found a text of 2000 bytes, expected at most 1024"}},
       {"a text of variable length",
        [](hid_t f) { replace_text(f, "file_kind", H5T_VARIABLE, "gonio basis"); },
-       {"file_kind", "variable length"}},
+       {"root group", "a text of variable length"}},
       {"no left vectors",
        [](hid_t f) { delete_link(f, "left_vectors"); },
        {"left_vectors", "missing"}},
