@@ -40,7 +40,7 @@ all=$(ls -- "$merl"/*.binary "$work"/networks/*.binary "$rgl"/*.bsdf | wc -l)
   --score $(cd "$rgl" && ls -- *.bsdf | sed 's/\.bsdf$//') > "$out/genuine.json"
 "$gonio" evaluate "$merl" --folds "$folds" --samples 10 --scale si --trust --noise 0.03 --json \
   > "$out/merl.json"
-"$gonio" evaluate "$merl" "$work/networks" "$rgl" --folds "$folds" --samples 5,10,20 --scale si \
+"$gonio" evaluate "$merl" "$work/networks" "$rgl" --folds "$folds" --samples 10 --scale si \
   --siblings "$here/rgl_siblings.csv" --trust --noise 0.03 --json > "$out/mixed.json"
 
 python3 - "$out" "$merl" "$rgl" << 'PYTHON'

@@ -38,8 +38,8 @@ PoseRequest pose_request(const PlanOptions& options, const KnownRig* rig) {
   request.noise = planned_noise(rig, options.relative_noise());
   request.seed = options.seed;
   // check_plan_options() refuses --patch with what knows points only.
-  if (options.method != "exchange" || options.objective != "a" ||
-      options.percent_per_second > 0.0) {
+  const bool expected_error = options.objective == "auto" || options.objective == "a";
+  if (options.method != "exchange" || !expected_error || options.percent_per_second > 0.0) {
     return request;
   }
   request.patch = planned_patch(options.patch, rig);

@@ -92,7 +92,9 @@ design::Design search(const basis::Basis& basis, const design::Candidates& candi
   options.seed = request.seed;
   design::Design found =
       design::exchange(basis.components, importance, candidates, options, show, stop);
-  if (request.objective != DesignObjective::loo || stop.stop_requested()) return found;
+  const bool few = request.objective == DesignObjective::automatic &&
+                   request.sample_count <= design::kLeaveOneOutPoints;
+  if (!(few || request.objective == DesignObjective::loo) || stop.stop_requested()) return found;
   design::LeaveOneOutOptions refine;
   refine.eta = kPointSearchEta;
   refine.seed = request.seed;
@@ -110,11 +112,12 @@ DesignMethod design_method(const std::string& word) {
 }
 
 DesignObjective design_objective(const std::string& word) {
+  if (word == "auto") return DesignObjective::automatic;
   if (word == "a") return DesignObjective::a;
   if (word == "d") return DesignObjective::d;
   if (word == "xu") return DesignObjective::xu;
   if (word == "loo") return DesignObjective::loo;
-  throw UsageError("--objective: found " + word + ", expected a, d, xu or loo");
+  throw UsageError("--objective: found " + word + ", expected auto, a, d, xu or loo");
 }
 
 std::optional<design::ImportanceBlend> importance_blend(const std::string& text) {

@@ -24,8 +24,9 @@ namespace gonio::cli {
 enum class DesignMethod { exchange, nielsen, xu };
 
 /// What the exchange lowers: expected error (a), volume of what stays open (d), Xu's metric squared
-/// (xu), or the error of materials left out (loo).
-enum class DesignObjective { a, d, xu, loo };
+/// (xu), or the error of materials left out (loo). `automatic` is a, and loo after it for so few
+/// points that it helps (design::kLeaveOneOutPoints).
+enum class DesignObjective { automatic, a, d, xu, loo };
 
 /// Throw UsageError naming the words that exist.
 DesignMethod design_method(const std::string& word);
@@ -46,7 +47,7 @@ inline constexpr double kPointSearchEta = 0.3;
 struct DesignRequest {
   int sample_count = 10;
   DesignMethod method = DesignMethod::exchange;
-  DesignObjective objective = DesignObjective::a;
+  DesignObjective objective = DesignObjective::automatic;
   std::optional<design::ImportanceBlend> weights;  ///< empty: for_points()
   std::optional<double> relative_noise;  ///< of a value; empty: what the rig's constants say
   double percent_per_second = 0.0;       ///< of the error, that a second of exposure is worth

@@ -77,10 +77,10 @@ void check_plan_options(const PlanOptions& options) {
   }
   // Poses are chosen for patches by the expected error; other objectives and what was published
   // know points.
-  if ((method.given || objective.given || time_price.given) && patch.given &&
-      options.patch != "0") {
+  const bool of_points = objective.given && options.objective != "a";
+  if ((method.given || of_points || time_price.given) && patch.given && options.patch != "0") {
     throw UsageError(fmt::format(
-        "--patch {} goes with --method exchange, --objective a and no --time-price only",
+        "--patch {} goes with --method exchange, --objective a or auto and no --time-price only",
         options.patch));
   }
 }
@@ -96,9 +96,11 @@ void add_plan_options(const Command& command, PlanOptions& options) {
   command.text("--out", options.out, "Plan to write (CSV)", Need::required);
   command.choice("--method", options.method, {"exchange", "nielsen", "xu"},
                  "How to search: over all directions, or as published in 2015 or 2016");
-  command.choice("--objective", options.objective, {"a", "d", "xu", "loo"},
-                 "What the exchange lowers: expected error, volume left open, Xu's metric, or the "
-                 "error of training materials left out");
+  command.choice(
+      "--objective", options.objective, {"auto", "a", "d", "xu", "loo"},
+      "What the exchange lowers: expected error (a), volume left open (d), Xu's metric, or "
+      "the error of training materials left out (loo); auto: a, and loo after it for "
+      "up to five points");
   command.text("--weights", options.weights,
                "Where errors matter: auto (by points or patches), uniform, solid-angle, image, or "
                "shares of them");

@@ -18,7 +18,7 @@ struct PlanOptions {
   std::string calibration;  ///< empty: what the rig file names
   std::string out;
   std::string method = "exchange";
-  std::string objective = "a";
+  std::string objective = "auto";
   std::string weights = "auto";
   std::string patch = "auto";
   int samples = 0;

@@ -120,7 +120,9 @@ class Fold {
     const std::vector<std::uint32_t> found =
         design::exchange(basis_.components, importance(false), candidates_, settings, {}, stop_)
             .cells;
-    if (!contender.leave_one_out_design) return found;
+    if (!contender.leave_one_out_design && contender.sample_count > design::kLeaveOneOutPoints) {
+      return found;
+    }
     design::LeaveOneOutOptions refine = options_.leave_one_out;
     refine.eta = settings.eta;
     refine.seed = options_.seed;

@@ -21,9 +21,9 @@ void write_basis(const std::filesystem::path& path, const Basis& basis,
 ///
 /// Throws   FileError when it cannot be opened; DataFormatError: not HDF5, not as plain as
 ///          write_basis() makes it (metadata without checksums, heaps, B-trees, chunks), a missing
-///          or wrongly shaped data set, non-finite values, parts that contradict each other (components whose
-///          lengths are not the singular values), another lattice convention, an unknown scale
-///          or version.
+///          or wrongly shaped data set, non-finite values, parts that contradict each other
+///          (components whose lengths are not the singular values), another lattice convention, an
+///          unknown scale or version.
 /// Threads  As above.
 Basis read_basis(const std::filesystem::path& path);
 

@@ -33,7 +33,8 @@ struct Contender {
   std::optional<design::NearFieldSetup> near_field;
   /// Chosen poses of patches: by the directions of their centres alone, for comparison.
   bool chosen_as_points = false;
-  /// Refine directions chosen as points by leave_one_out_exchange().
+  /// Refine directions chosen as points by leave_one_out_exchange(), as always for few of them
+  /// (kLeaveOneOutPoints).
   bool leave_one_out_design = false;
 };
 
