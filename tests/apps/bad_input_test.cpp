@@ -171,6 +171,32 @@ TEST_F(BadInput, KeepsAnInputOfTheSidecarsName) {
   refused({"convert", "link.csv", "found.binary", "--force"}, {"found.json", "is an input"});
 }
 
+TEST_F(BadInput, RefusesATiltOfNearFieldPhotographs) {
+  folder.write("shots.csv", kHeader + std::string("6,23,41\n"));
+  refused({"sample", "builtin:slate", "--directions", "shots.csv", "--near-field", "--angle-error",
+           "0.05", "--out", "s.csv"},
+          {"--angle-error", "near-field"});
+  refused({"evaluate", "builtin", "--shots", "2", "--angle-error", "0.05"},
+          {"--angle-error", "near-field"});
+}
+
+TEST_F(BadInput, RefusesSiblingsThatABasisKnowsOtherwise) {
+  folder.write("first.csv", "material,group\nslate,stone\n");
+  ASSERT_EQ(run_gonio({"train", "builtin:slate", "builtin:oak-oiled", "--siblings", "first.csv",
+                       "--out", "grouped.h5"},
+                      folder.path())
+                .exit_code,
+            0);
+  folder.write("other.csv", "material,group\nslate,wood\nred-pmma,wood\n");
+  refused({"train", "--append", "grouped.h5", "builtin:red-pmma", "--siblings", "other.csv",
+           "--out", "more.h5"},
+          {"other.csv", "slate", "wood", "stone"});
+  folder.write("long.csv", "material,group\nslate," + std::string(300, 'g') + "\n");
+  refused(
+      {"train", "builtin:slate", "builtin:oak-oiled", "--siblings", "long.csv", "--out", "more.h5"},
+      {"long.csv", "line 2", "300 bytes"});
+}
+
 TEST_F(BadInput, NamesTheLineOfAMaterialWithTwoGroups) {
   folder.write("siblings.csv", "material,group\nslate,a\nslate,a\nslate,b\n");
   refused({"evaluate", "builtin:slate", "builtin:red-pmma", "builtin:oak-oiled", "builtin:grey-abs",

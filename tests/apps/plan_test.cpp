@@ -34,6 +34,20 @@ TEST_F(Workflow, ChoosesPosesForWhatTheRigsFramesShow) {
             folder.read("list2.csv").substr(folder.read("list2.csv").find("phi_d_deg")));
 }
 
+TEST_F(Workflow, RefinesUpToFivePointsByMaterialsLeftOut) {
+  train();
+  const auto rows = [&](const std::string& count, const std::string& objective) {
+    run({"plan", "--basis", "basis.h5", "--samples", count, "--patch", "0", "--objective",
+         objective, "--out", "p.csv", "--force"});
+    return rows_of(folder.read("p.csv"));
+  };
+  EXPECT_EQ(rows("5", "auto"), rows("5", "loo"));
+  EXPECT_THAT(folder.read("p.csv"), HasSubstr("objective a, then loo"));
+  EXPECT_NE(rows("5", "a"), rows("5", "loo"));
+  EXPECT_EQ(rows("6", "auto"), rows("6", "a"));
+  EXPECT_THAT(folder.read("p.csv"), HasSubstr("objective a,"));
+}
+
 TEST_F(Workflow, ReconstructsFromTwoPhotographsTakenFromNear) {
   train();
   const Ended chosen =

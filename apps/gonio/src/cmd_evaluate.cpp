@@ -117,6 +117,9 @@ std::string trust_text(const quality::ContenderResult& result) {
 
 int evaluate(Context& context, const EvaluateOptions& options) {
   if (options.shots == 0) refuse_near_field_options(options.camera, "--shots");
+  if (options.shots > 0 && options.noise.tilt_deg > 0.0) {
+    throw UsageError("--angle-error is not simulated for near-field photographs");
+  }
   TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
   if (!options.siblings.empty()) read_siblings(context.console, options.siblings, input);
   if (input.size() < 4) {

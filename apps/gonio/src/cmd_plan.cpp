@@ -32,6 +32,23 @@ DesignRequest design_request(const PlanOptions& options) {
   return request;
 }
 
+/// What was really lowered, for the plan's comment.
+std::string objective_text(const DesignRequest& request, bool points) {
+  switch (request.objective) {
+    case DesignObjective::a:
+      return "a";
+    case DesignObjective::d:
+      return "d";
+    case DesignObjective::xu:
+      return "xu";
+    case DesignObjective::loo:
+      return "a, then loo";
+    case DesignObjective::automatic:
+      break;
+  }
+  return points && refined_by_leave_one_out(request) ? "a, then loo" : "a";
+}
+
 PoseRequest pose_request(const PlanOptions& options, const KnownRig* rig) {
   PoseRequest request;
   request.pose_count = options.samples;
@@ -148,8 +165,9 @@ int plan(Context& context, const PlanOptions& options) {
     comments.push_back(fmt::format(
         "{} directions by {}, {}, objective {}, weights {}, for basis {} ({} materials), seed {}",
         options.samples, options.method, to_text(poses.patch),
-        published ? "as published" : options.objective, published ? "none" : to_text(weights),
-        basis_fingerprint(*basis).substr(0, 12), basis->materials.size(), options.seed));
+        published ? "as published" : objective_text(request, poses.patch.is_point()),
+        published ? "none" : to_text(weights), basis_fingerprint(*basis).substr(0, 12),
+        basis->materials.size(), options.seed));
   }
   nlohmann::ordered_json explained = nlohmann::ordered_json::object();
   if (options.explain && basis) {

@@ -6,6 +6,7 @@
 #include "gonio/basis/basis_file.h"
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
+#include "gonio/basis/siblings.h"
 #include "gonio/basis/uncertainty_file.h"
 #include "gonio/brdf/merl_file.h"
 #include "gonio/quality/homogeneity.h"
@@ -55,7 +56,8 @@ int reconstruct(Context& context, const ReconstructOptions& options) {
   const brdf::BrdfTable table = basis::expand(basis, fit.coefficients);
   const quality::HomogeneityCheck even = quality::check_homogeneity(samples, fit.fitted_per_sr);
   if (!even.passed) context.console.warn("uneven sample: " + to_text(even));
-  const bool has_bands = fit.left_out_residuals.size() > 0 && basis.materials.size() >= 3;
+  const bool has_bands = fit.left_out_residuals.size() > 0 &&
+                         basis::count_groups(basis.materials) >= basis::kFewestGroupsForBands;
   std::optional<basis::Uncertainty> bands;
   if (has_bands && !options.no_bands) {
     const PhaseTimer timer(context.console, "uncertainty bands");

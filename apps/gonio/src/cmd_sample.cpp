@@ -42,6 +42,9 @@ int sample(Context& context, const SampleOptions& options) {
   report_conventions(context.console, named, Report::warnings);
   const SampleMaterial material = load_sample(named);
   const quality::SyntheticNoise noise = synthetic_noise(options.noise);
+  if (options.near_field && options.noise.tilt_deg > 0.0) {
+    throw UsageError("--angle-error is not simulated for near-field photographs");
+  }
   const samples::SampleSet set = blame(options.directions, [&] {
     if (options.near_field) {
       return quality::near_field_samples(*material.model, material.scale, directions,

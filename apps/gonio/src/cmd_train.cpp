@@ -62,7 +62,6 @@ int train(Context& context, const TrainOptions& options) {
   require_output(options.out, options.force, {options.append});
   require_label(options.source);
   TrainingInput input = training_input(options.inputs, options.excluded, options.scale);
-  if (!options.siblings.empty()) read_siblings(context.console, options.siblings, input);
   for (basis::MaterialFile& file : input.files) {
     file.source = options.source;
     require_output(options.out, options.force, {file.path.string()});
@@ -77,6 +76,9 @@ int train(Context& context, const TrainOptions& options) {
     const PhaseTimer timer(context.console, "reading the basis");
     old = basis::read_basis(options.append);
     require_appendable(*old, input, options.append);
+  }
+  if (!options.siblings.empty()) {
+    read_siblings(context.console, options.siblings, input, old ? &old->materials : nullptr);
   }
   if (old && old->scale != input.scale) {
     throw UsageError(

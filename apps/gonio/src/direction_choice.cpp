@@ -92,9 +92,7 @@ design::Design search(const basis::Basis& basis, const design::Candidates& candi
   options.seed = request.seed;
   design::Design found =
       design::exchange(basis.components, importance, candidates, options, show, stop);
-  const bool few = request.objective == DesignObjective::automatic &&
-                   request.sample_count <= design::kLeaveOneOutPoints;
-  if (!(few || request.objective == DesignObjective::loo) || stop.stop_requested()) return found;
+  if (!refined_by_leave_one_out(request) || stop.stop_requested()) return found;
   design::LeaveOneOutOptions refine;
   refine.eta = kPointSearchEta;
   refine.seed = request.seed;
@@ -103,6 +101,12 @@ design::Design search(const basis::Basis& basis, const design::Candidates& candi
 }
 
 }  // namespace
+
+bool refined_by_leave_one_out(const DesignRequest& request) {
+  return request.objective == DesignObjective::loo ||
+         (request.objective == DesignObjective::automatic &&
+          request.sample_count <= design::kLeaveOneOutPoints);
+}
 
 DesignMethod design_method(const std::string& word) {
   if (word == "exchange") return DesignMethod::exchange;

@@ -54,6 +54,9 @@ struct DesignRequest {
   std::uint64_t seed = 1;
 };
 
+/// Whether leave_one_out_exchange() follows the exchange.
+bool refined_by_leave_one_out(const DesignRequest& request);
+
 /// Chooses directions for a basis; with a rig only such as it reaches, and by what it measures well
 /// and soon. A stop ends the search with the best so far and a warning. Throws UsageError when
 /// fewer are reachable than asked for.

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "gonio/basis/siblings.h"
 #include "gonio/basis/uncertainty.h"
 #include "gonio/devices/clock.h"
 #include "gonio/quality/physics_checks.h"
@@ -155,7 +156,8 @@ report::CheckResult evenness(const samples::SampleSet& samples, const basis::Fit
 void add_trust(const basis::Basis& basis, const samples::SampleSet& samples, const basis::Fit& fit,
                report::MethodResult& method, report::ReportData& data) {
   std::optional<basis::Uncertainty> bands;
-  if (fit.left_out_residuals.size() > 0 && basis.materials.size() >= 3) {
+  if (fit.left_out_residuals.size() > 0 &&
+      basis::count_groups(basis.materials) >= basis::kFewestGroupsForBands) {
     bands = basis::uncertainty(basis, fit);
     const double factor = bands->factor_95;
     method.lower_95 = std::make_shared<brdf::BrdfTable>(basis::limit(basis, fit, *bands, -factor));

@@ -11,14 +11,19 @@
 #include "gonio/samples/csv.h"
 
 namespace gonio::cli {
+namespace {
+
+constexpr std::size_t kLongestGroup = 256;  // bytes
+
+}  // namespace
 
 void add_siblings_option(const Command& command, std::string& path) {
   command.text("--siblings", path,
                "CSV file material,group: materials of one group are left out together");
 }
 
-void read_siblings(const Console& console, const std::filesystem::path& path,
-                   TrainingInput& input) {
+void read_siblings(const Console& console, const std::filesystem::path& path, TrainingInput& input,
+                   std::vector<basis::MaterialId>* trained) {
   samples::CsvReader reader(path);
   const auto material = reader.column("material");
   const auto group = reader.column("group");
@@ -28,6 +33,11 @@ void read_siblings(const Console& console, const std::filesystem::path& path,
   }
   std::map<std::string, std::string> group_of;
   while (const auto row = reader.next()) {
+    if (row->cells[*group].size() > kLongestGroup) {
+      throw UsageError(fmt::format("{}: line {}: a group of {} bytes, at most {} are kept",
+                                   path.string(), row->line, row->cells[*group].size(),
+                                   kLongestGroup));
+    }
     const auto [known, added] = group_of.emplace(row->cells[*material], row->cells[*group]);
     if (added || known->second == row->cells[*group]) continue;
     throw UsageError(fmt::format("{}: line {}: {} stands in two groups, {} and {}", path.string(),
@@ -40,7 +50,19 @@ void read_siblings(const Console& console, const std::filesystem::path& path,
     input.groups[found->first] = found->second;
     unknown.erase(found->first);
   }
-  if (input.groups.empty()) {
+  if (trained != nullptr) {
+    for (basis::MaterialId& id : *trained) {
+      const auto found = group_of.find(id.name);
+      if (found == group_of.end()) continue;
+      if (!id.group.empty() && id.group != found->second) {
+        throw UsageError(fmt::format("{}: {} is of group {}, in the basis of {}", path.string(),
+                                     id.name, found->second, id.group));
+      }
+      id.group = found->second;
+      unknown.erase(id.name);
+    }
+  }
+  if (unknown.size() == group_of.size()) {
     throw UsageError(
         fmt::format("{}: names none of the {} materials given", path.string(), input.size()));
   }

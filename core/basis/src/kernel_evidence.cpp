@@ -25,7 +25,8 @@ constexpr std::array<double, 2> kModelFactors = {0.3, 1.0};
 
 /// How much each training material counts: by the mean square distance of its samples from the
 /// measured ones, its nearest channel for each channel measured.
-Eigen::VectorXd neighbour_weights(const Basis& basis, const ChannelEquations& equations) {
+Eigen::VectorXd neighbour_weights(const Basis& basis, const ChannelEquations& equations,
+                                  const std::vector<std::vector<Eigen::Index>>& groups) {
   const Eigen::MatrixXd& u = basis.left_vectors;
   const Eigen::Index materials = u.rows() / 3;
   Eigen::VectorXd distance = Eigen::VectorXd::Zero(materials);
@@ -39,7 +40,13 @@ Eigen::VectorXd neighbour_weights(const Basis& basis, const ChannelEquations& eq
     }
   }
   constexpr double kSquare = kNeighbourhood * kNeighbourhood;
-  const Eigen::VectorXd weights = (1.0 + distance.array() / kSquare).square().inverse();
+  Eigen::VectorXd weights = (1.0 + distance.array() / kSquare).square().inverse();
+  // Siblings together count as one: a product in ten colours is no ten witnesses.
+  for (const std::vector<Eigen::Index>& group : groups) {
+    for (std::size_t i = 0; i < group.size(); i += 3) {
+      weights[group[i] / 3] /= static_cast<double>(group.size() / 3);
+    }
+  }
   return weights / weights.sum();
 }
 
@@ -93,7 +100,7 @@ Evidence weigh_kernels(const Basis& basis,
   }
   const RowPrior prior = heavy_tailed_prior(basis, equations.back()[1]);
   const std::vector<std::vector<Eigen::Index>> groups = rows_of_groups(basis);
-  const Eigen::VectorXd neighbours = neighbour_weights(basis, equations.back());
+  const Eigen::VectorXd neighbours = neighbour_weights(basis, equations.back(), groups);
 
   std::vector<Candidate> candidates(equations.size() * kAmplitudes.size());
   parallel::for_each_block(0, candidates.size(), 1, [&](std::size_t i, std::size_t) {

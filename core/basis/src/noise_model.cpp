@@ -34,33 +34,30 @@ void set_row(const BasisRow& row, Eigen::Index i, Eigen::MatrixXd& a, Eigen::Vec
 struct Move {
   std::array<brdf::HalfDiff, 2> ends;
   double distance = 0.0;
+  bool by_tilt = false;
 };
 
 /// Along one of the three angles.
 Move move_along(const Sample& sample, std::size_t which) {
   const auto angle = kAngles[which];
   const Angle u = sample.*kAngleUncertainties[which];
-  Move move{{moved(sample.direction, angle, u), moved(sample.direction, angle, -u)}, 0.0};
+  Move move{{moved(sample.direction, angle, u), moved(sample.direction, angle, -u)}, 0.0, false};
   if (u > Angle()) move.distance = (move.ends[0].*angle - move.ends[1].*angle) / u;
   return move;
 }
 
 /// Tilt of the normal about one of two axes in the surface, the same for all samples of a pose.
 Move move_by_tilt(const Sample& sample, bool about_x) {
-  const brdf::DirectionPair pair = brdf::directions_from_half_diff(sample.direction);
-  Move move{{sample.direction, sample.direction}, 0.0};
-  if (sample.u_tilt <= Angle()) return move;
-  for (std::size_t side = 0; side < 2; ++side) {
-    const Angle tilt = side == 0 ? sample.u_tilt : -sample.u_tilt;
-    const brdf::DirectionPair turned =
-        brdf::tilted(pair, about_x ? tilt : Angle(), about_x ? Angle() : tilt);
-    if (turned.wi.z() <= 0.0 || turned.wo.z() <= 0.0) continue;
-    const brdf::HalfDiff end = brdf::half_diff_from_directions(turned);
-    if (!brdf::above_horizon(end.theta_h, end.theta_d, end.phi_d)) continue;
-    move.ends[side] = end;
-    move.distance += 1.0;
-  }
-  return move;
+  if (sample.u_tilt <= Angle()) return {};
+  const brdf::TiltedEnds ends =
+      brdf::tilted_ends(brdf::directions_from_half_diff(sample.direction), sample.u_tilt, about_x);
+  // Rounding may put an end that grazes the surface on the other side of the lattice's horizon.
+  const auto end_of = [&](const brdf::DirectionPair& pair) {
+    const brdf::HalfDiff end = brdf::half_diff_from_directions(pair);
+    const bool above = brdf::above_horizon(end.theta_h, end.theta_d, end.phi_d);
+    return above ? end : sample.direction;
+  };
+  return {{end_of(ends.plus), end_of(ends.minus)}, static_cast<double>(ends.steps), true};
 }
 
 SampleRows::Shifted look_up_shifted(const BasisRows& rows, const samples::SampleSet& set,
@@ -76,7 +73,7 @@ SampleRows::Shifted look_up_shifted(const BasisRows& rows, const samples::Sample
       shifted.a_plus.setZero(n, components);
       shifted.a_minus.setZero(n, components);
       for (Eigen::VectorXd* const vector :
-           {&shifted.mean_plus, &shifted.mean_minus, &shifted.factor}) {
+           {&shifted.mean_plus, &shifted.mean_minus, &shifted.factor, &shifted.both_sides}) {
         vector->setZero(n);
       }
       shifted.weight_plus.setOnes(n);
@@ -85,24 +82,39 @@ SampleRows::Shifted look_up_shifted(const BasisRows& rows, const samples::Sample
     set_row(rows.at(move.ends[0]), i, shifted.a_plus, shifted.mean_plus, shifted.weight_plus);
     set_row(rows.at(move.ends[1]), i, shifted.a_minus, shifted.mean_minus, shifted.weight_minus);
     shifted.factor[i] = 1.0 / move.distance;
+    shifted.both_sides[i] = move.by_tilt && move.distance == 2.0 ? 1.0 : 0.0;
   }
   return shifted;
 }
 
-/// Change of x = g(f) with one standard uncertainty of an angle or tilt. f moves along the fit
-/// while the weight stays the one of the nominal direction, as it does for the measured value.
-Eigen::VectorXd angle_errors(const LogMapping& mapping, const SampleRows::Shifted& shifted,
-                             const Eigen::VectorXd& weight, const Eigen::VectorXd& coefficients) {
+/// What one standard uncertainty of an angle or tilt does to x = g(f).
+struct AngleError {
+  Eigen::VectorXd slope;  ///< to first order, signed
+  /// Variance to second order, on top of a peak all there is: the error is half the second
+  /// difference times the square of a standard normal, whose mean square is 3.
+  Eigen::VectorXd curvature;
+};
+
+/// f moves along the fit while the weight stays the one of the nominal direction, as it does for
+/// the measured value.
+AngleError angle_errors(const LogMapping& mapping, const SampleRows::Shifted& shifted,
+                        const SampleRows& rows, const Eigen::VectorXd& coefficients) {
+  const Eigen::VectorXd middle = rows.mean + rows.a * coefficients;
   const Eigen::VectorXd plus = shifted.mean_plus + shifted.a_plus * coefficients;
   const Eigen::VectorXd minus = shifted.mean_minus + shifted.a_minus * coefficients;
-  Eigen::VectorXd errors(weight.size());
-  for (Eigen::Index i = 0; i < weight.size(); ++i) {
-    const double f_plus = mapping.inverse(plus[i], shifted.weight_plus[i]);
-    const double f_minus = mapping.inverse(minus[i], shifted.weight_minus[i]);
-    errors[i] = shifted.factor[i] *
-                (mapping.forward(f_plus, weight[i]) - mapping.forward(f_minus, weight[i]));
+  const Eigen::Index n = rows.weight.size();
+  AngleError error{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (shifted.factor[i] == 0.0) continue;
+    const double w = rows.weight[i];
+    const double x_plus = mapping.forward(mapping.inverse(plus[i], shifted.weight_plus[i]), w);
+    const double x_minus = mapping.forward(mapping.inverse(minus[i], shifted.weight_minus[i]), w);
+    error.slope[i] = shifted.factor[i] * (x_plus - x_minus);
+    if (shifted.both_sides[i] == 0.0) continue;
+    const double x = mapping.forward(mapping.inverse(middle[i], w), w);
+    error.curvature[i] = 0.75 * (x_plus + x_minus - 2.0 * x) * (x_plus + x_minus - 2.0 * x);
   }
-  return errors;
+  return error;
 }
 
 }  // namespace
@@ -185,8 +197,9 @@ MappedSamples map_samples(const Basis& basis, const SampleRows& rows, const samp
   if (own_noise) {
     for (std::size_t which = 0; which < rows.shifted.size(); ++which) {
       if (!rows.shifted[which].used) continue;
-      mapped.common.col(static_cast<Eigen::Index>(which) + 1) =
-          angle_errors(mapping, rows.shifted[which], rows.weight, coefficients);
+      const AngleError error = angle_errors(mapping, rows.shifted[which], rows, coefficients);
+      mapped.common.col(static_cast<Eigen::Index>(which) + 1) = error.slope;
+      mapped.variance += error.curvature;
       mapped.depends_on_fit = true;
     }
   }

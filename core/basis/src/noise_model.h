@@ -22,6 +22,8 @@ struct SampleRows {
     Eigen::MatrixXd a_plus, a_minus;
     Eigen::VectorXd mean_plus, mean_minus, weight_plus, weight_minus;
     Eigen::VectorXd factor;  ///< n: uncertainty over distance of the two; 0 where there is none
+    Eigen::VectorXd
+        both_sides;  ///< n: 1 where a tilt goes both ways, so that its curvature is known
   };
   std::array<Shifted, 5> shifted;  ///< theta_h, theta_d, phi_d, tilt about x, about y
 

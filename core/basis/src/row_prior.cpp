@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "gonio/basis/siblings.h"
@@ -9,7 +10,6 @@
 namespace gonio::basis::detail {
 namespace {
 
-constexpr std::size_t kFewestMaterials = 12;
 constexpr int kRounds = 3;
 /// Rows count in full up to this many times the median chi^2.
 constexpr double kUsual = 1.5;
@@ -28,8 +28,8 @@ RowPrior with_weights(const Basis& basis, Eigen::VectorXd weight) {
   return prior;
 }
 
-/// Mean over a group's rows of y^T (R + A C A^T)^-1 y, y = A v and C the prior's covariance without
-/// the group.
+}  // namespace
+
 std::vector<double> left_out_chi2(const Basis& basis, const NormalEquations& equations,
                                   const RowPrior& prior,
                                   const std::vector<std::vector<Eigen::Index>>& groups) {
@@ -39,19 +39,26 @@ std::vector<double> left_out_chi2(const Basis& basis, const NormalEquations& equ
   const Eigen::MatrixXd covariance = v.transpose() * prior.weight.asDiagonal() * v / prior.mass;
   Eigen::MatrixXd system = information * covariance;
   system.diagonal().array() += 1.0;
-  const Eigen::MatrixXd explained = v * system.partialPivLu().solve(information);
+  const Eigen::MatrixXd explained = system.partialPivLu().solve(information);
   std::vector<double> chi2;
   for (const std::vector<Eigen::Index>& rows : groups) {
-    const Eigen::MatrixXd h = explained(rows, Eigen::all) * v(rows, Eigen::all).transpose();
-    // Taking the group's rows out of C is a low-rank change.
-    Eigen::MatrixXd rest = -h * prior.weight(rows).asDiagonal() / prior.mass;
-    rest.diagonal().array() += 1.0;
-    chi2.push_back(rest.partialPivLu().solve(h).trace() / static_cast<double>(rows.size()));
+    const Eigen::MatrixXd own = v(rows, Eigen::all);
+    const Eigen::VectorXd weight = prior.weight(rows);
+    // The mean of the others lies on the other side: a large group must not hide behind it.
+    const Eigen::RowVectorXd shift =
+        weight.transpose() * own / std::max(prior.mass - weight.sum(), 1e-9 * prior.mass);
+    const Eigen::MatrixXd apart = own.rowwise() + shift;
+    // Taking the group's rows out of C is a low-rank change (Woodbury).
+    Eigen::MatrixXd rest = -own * explained * own.transpose() / prior.mass;
+    rest.diagonal() += weight.cwiseInverse();
+    const Eigen::MatrixXd across = apart * explained * own.transpose();
+    const Eigen::MatrixXd added =
+        across * rest.partialPivLu().solve(across.transpose()) / prior.mass;
+    const double sum = (apart * explained).cwiseProduct(apart).sum() + added.trace();
+    chi2.push_back(std::max(sum, 0.0) / static_cast<double>(rows.size()));
   }
   return chi2;
 }
-
-}  // namespace
 
 RowPrior uniform_prior(const Basis& basis) {
   RowPrior prior;
@@ -64,10 +71,11 @@ RowPrior uniform_prior(const Basis& basis) {
 RowPrior heavy_tailed_prior(const Basis& basis, const NormalEquations& equations) {
   RowPrior prior = uniform_prior(basis);
   const std::vector<std::vector<Eigen::Index>> groups = rows_of_groups(basis);
-  if (groups.size() < kFewestMaterials) return prior;
+  if (groups.size() < kFewestGroups) return prior;
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<double> chi2 = left_out_chi2(basis, equations, prior, groups);
     const double usual = kUsual * median(chi2);
+    if (!(usual > 0.0 && std::isfinite(usual))) return uniform_prior(basis);
     Eigen::VectorXd weight(basis.row_count());
     for (std::size_t group = 0; group < groups.size(); ++group) {
       weight(groups[group]).setConstant(chi2[group] > usual ? usual / chi2[group] : 1.0);

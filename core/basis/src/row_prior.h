@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "gonio/basis/basis.h"
 #include "normal_equations.h"
@@ -18,13 +19,19 @@ struct RowPrior {
 /// All rows alike: the prior c ~ N(0, I/m) of Basis.
 RowPrior uniform_prior(const Basis& basis);
 
+/// Mean over each group's rows of y^T (R + A C A^T)^-1 y, y = A (u - mean) with the mean of the
+/// prior without the group and C its covariance (about the mean of all) without it.
+std::vector<double> left_out_chi2(const Basis& basis, const NormalEquations& equations,
+                                  const RowPrior& prior,
+                                  const std::vector<std::vector<Eigen::Index>>& groups);
+
 /// Heavy tails: a row that the others, without its siblings, explain badly where the samples lie
-/// counts less, so that a few strange materials do not widen the prior of the usual ones. The
-/// weights are those of a t distribution fitted by iterated reweighting, cut at 1. Uniform below
-/// a dozen materials, where nobody knows what is strange.
+/// counts less, so that a few strange materials do not widen the prior of the usual ones: weight
+/// min(1, usual / chi^2), three rounds of reweighting. Uniform below kFewestGroups groups, where
+/// nobody knows what is strange.
 ///
-/// Source  Lange, Little, Taylor, "Robust Statistical Modeling Using the t Distribution", Journal
-///         of the American Statistical Association 84, 1989, section 3.
+/// Source  R. A. Maronna, "Robust M-Estimators of Multivariate Location and Scatter", Annals of
+///         Statistics 4(1), 1976: Huber's weights, here against the median of left-out chi^2.
 RowPrior heavy_tailed_prior(const Basis& basis, const NormalEquations& equations);
 
 }  // namespace gonio::basis::detail

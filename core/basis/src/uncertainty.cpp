@@ -45,8 +45,8 @@ void check(const Basis& basis, const Fit& fit) {
         "uncertainty: the fit holds no left-out residuals of this basis' materials; fit by auto or "
         "kernel");
   }
-  if (basis.materials.size() < 3) {
-    throw std::invalid_argument("uncertainty: a basis of fewer than 3 materials");
+  if (count_groups(basis.materials) < kFewestGroupsForBands) {
+    throw std::invalid_argument("uncertainty: a basis of fewer than 3 groups of materials");
   }
 }
 

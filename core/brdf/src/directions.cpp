@@ -92,6 +92,18 @@ DirectionPair tilted(const DirectionPair& pair, Angle about_x, Angle about_y) {
   return {turn * pair.wi, turn * pair.wo};
 }
 
+TiltedEnds tilted_ends(const DirectionPair& pair, Angle tilt, bool about_x) {
+  TiltedEnds ends{pair, pair, 0};
+  for (const bool plus : {true, false}) {
+    const Angle by = plus ? tilt : -tilt;
+    const DirectionPair turned = tilted(pair, about_x ? by : Angle(), about_x ? Angle() : by);
+    if (turned.wi.z() <= 0.0 || turned.wo.z() <= 0.0) continue;
+    (plus ? ends.plus : ends.minus) = turned;
+    ++ends.steps;
+  }
+  return ends;
+}
+
 PolarCosines polar_cosines(Angle theta_h, Angle theta_d, Angle phi_d) {
   const double common = cos(theta_h) * cos(theta_d);
   const double split = sin(theta_h) * sin(theta_d) * cos(phi_d);

@@ -59,9 +59,8 @@ class Fold {
     if (!contender.directions.empty()) return contender.directions;
     if (contender.near_field) return shots_for(contender);
     const PatchGeometry patch = contender.chosen_as_points ? PatchGeometry{} : contender.patch;
-    auto& chosen =
-        chosen_[{contender.sample_count, contender.leave_one_out_design, patch.half_width_mm,
-                 patch.grid, patch.camera_distance_mm, patch.lamp_distance_mm}];
+    auto& chosen = chosen_[{contender.sample_count, refined(contender), patch.half_width_mm,
+                            patch.grid, patch.camera_distance_mm, patch.lamp_distance_mm}];
     if (chosen.empty()) {
       if (!patch.is_point()) return chosen = poses_for(contender);
       for (const std::uint32_t cell : points_for(contender)) {
@@ -89,6 +88,10 @@ class Fold {
                                                   : ImportanceBlend::for_points()));
     }
     return kept;
+  }
+
+  static bool refined(const Contender& contender) {
+    return contender.leave_one_out_design || contender.sample_count <= design::kLeaveOneOutPoints;
   }
 
   std::vector<brdf::HalfDiff> shots_for(const Contender& contender) {
@@ -120,9 +123,7 @@ class Fold {
     const std::vector<std::uint32_t> found =
         design::exchange(basis_.components, importance(false), candidates_, settings, {}, stop_)
             .cells;
-    if (!contender.leave_one_out_design && contender.sample_count > design::kLeaveOneOutPoints) {
-      return found;
-    }
+    if (!refined(contender)) return found;
     design::LeaveOneOutOptions refine = options_.leave_one_out;
     refine.eta = settings.eta;
     refine.seed = options_.seed;
@@ -196,7 +197,10 @@ Summary summarise_scores(const std::vector<MaterialScore>& scores, Member&& memb
 std::optional<Trust> trust_in(const basis::Basis& basis, const samples::SampleSet& samples,
                               const basis::Fit& fit, const brdf::BrdfTable& found,
                               const brdf::BrdfTable& known) {
-  if (fit.left_out_residuals.size() == 0 || basis.materials.size() < 3) return std::nullopt;
+  if (fit.left_out_residuals.size() == 0 ||
+      basis::count_groups(basis.materials) < basis::kFewestGroupsForBands) {
+    return std::nullopt;
+  }
   const basis::Uncertainty bands = basis::uncertainty(basis, fit);
   const Verdict verdict = judge(basis, samples, fit, found, &bands);
   Trust trust{coverage(known, basis, fit, bands), std::nullopt, verdict.trusted};

@@ -218,7 +218,7 @@ std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit)
   const Eigen::Index m = basis.row_count();
   const Eigen::Index materials = m / 3;
   if (fit.left_out_residuals.rows() != m || fit.likeness.row_distance.rows() != m ||
-      basis::count_groups(basis.materials) < kFewestMaterials) {
+      basis::count_groups(basis.materials) < basis::kFewestGroups) {
     return std::nullopt;
   }
   const std::vector<std::size_t> group = basis::sibling_groups(basis.materials);

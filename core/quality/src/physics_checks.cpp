@@ -70,13 +70,16 @@ brdf::Rgb angle_variance(const brdf::BrdfModel& model, const samples::Sample& a,
   for (const samples::Sample* sample : {&a, &b}) {
     if (sample->u_tilt <= Angle()) continue;
     const brdf::DirectionPair pair = brdf::directions_from_half_diff(sample->direction);
-    const auto value = [&](Angle about_x, Angle about_y) {
-      const brdf::DirectionPair turned = brdf::tilted(pair, about_x, about_y);
-      const bool visible = turned.wi.z() > 0.0 && turned.wo.z() > 0.0;
-      return model.evaluate(visible ? turned : pair);
-    };
-    variance += (0.5 * (value(sample->u_tilt, {}) - value(-sample->u_tilt, {}))).square();
-    variance += (0.5 * (value({}, sample->u_tilt) - value({}, -sample->u_tilt))).square();
+    const brdf::Rgb middle = model.evaluate(pair);
+    for (const bool about_x : {true, false}) {
+      const brdf::TiltedEnds ends = brdf::tilted_ends(pair, sample->u_tilt, about_x);
+      if (ends.steps == 0) continue;
+      const brdf::Rgb plus = model.evaluate(ends.plus);
+      const brdf::Rgb minus = model.evaluate(ends.minus);
+      variance += ((plus - minus) / ends.steps).square();
+      // On top of a peak a tilt to either side does the same: no slope, but a loss.
+      if (ends.steps == 2) variance += 0.75 * (plus + minus - 2.0 * middle).square();
+    }
   }
   return variance;
 }

@@ -94,6 +94,11 @@ samples::SampleSet near_field_samples(const brdf::BrdfModel& truth, brdf::Radiom
                                       const SyntheticNoise& noise, std::uint64_t seed,
                                       std::uint64_t stream) {
   check(shots, noise);
+  if (noise.normal_tilt > Angle()) {
+    throw std::invalid_argument(
+        "near field: a tilt of the normal is not simulated: its bins do not know how they lie to "
+        "each other");
+  }
   random::Stream draw(random::make_key(seed, "quality.near_field_samples", stream));
   samples::SampleSet set;
   set.scale = scale;

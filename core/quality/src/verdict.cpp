@@ -125,10 +125,10 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
     const std::size_t materials = basis::count_groups(basis.materials);
     verdict.line =
         "cannot tell: the samples fit the training materials, but " +
-        (materials < kFewestMaterials
+        (materials < basis::kFewestGroups
              ? fmt::format(
                    "{} (siblings counted once) are too few to foresee an error ({} at least)",
-                   materials, kFewestMaterials)
+                   materials, basis::kFewestGroups)
              : std::string("this method foresees no error (the method auto does)"));
     return verdict;
   }

@@ -17,6 +17,8 @@ inline constexpr ColumnNames kCommonColumns{"u_common_r", "u_common_g", "u_commo
 inline constexpr ColumnNames kAngleColumns{"u_theta_h_deg", "u_theta_d_deg", "u_phi_d_deg"};
 inline constexpr std::string_view kPhiHColumn = "phi_h_deg";
 inline constexpr std::string_view kTiltColumn = "u_tilt_deg";
+/// In degrees: a normal that is less certain than this is no normal.
+inline constexpr double kLargestTilt_deg = 45.0;
 inline constexpr std::string_view kKernelColumn = "kernel_deg";
 inline constexpr std::string_view kPoseColumn = "pose";
 inline constexpr std::string_view kSpotColumn = "spot";

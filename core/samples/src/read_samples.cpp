@@ -107,7 +107,10 @@ Sample sample_of(const CsvReader& reader, const CsvRow& row, const Layout& layou
     sample.direction.phi_h =
         Angle::from_degrees(reader.number_within(row, *layout.phi_h, -180.0, 180.0));
   }
-  if (layout.tilt) sample.u_tilt = non_negative_angle(reader, row, *layout.tilt);
+  if (layout.tilt) {
+    sample.u_tilt =
+        Angle::from_degrees(reader.number_within(row, *layout.tilt, 0.0, kLargestTilt_deg));
+  }
   if (layout.kernel) sample.kernel = non_negative_angle(reader, row, *layout.kernel);
   const auto number = [&](const std::optional<std::size_t>& column) {
     if (!column || row.cells[*column].empty()) return -1;
@@ -175,6 +178,14 @@ SampleSet read_samples(const std::filesystem::path& path) {
                           "found a header without rows, expected at least one sample");
   }
   take_comments(reader, set);
+  const bool tilted_pose = std::any_of(set.samples.begin(), set.samples.end(), [](const Sample& s) {
+    return s.pose >= 0 && s.spot > 0 && s.u_tilt > Angle();
+  });
+  if (tilted_pose && !layout.phi_h) {
+    set.warnings.push_back(path.string() +
+                           ": u_tilt_deg without phi_h_deg; all samples of a pose are taken to lie "
+                           "on one side of the normal");
+  }
   return set;
 }
 

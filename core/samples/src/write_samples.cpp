@@ -57,9 +57,10 @@ std::string fault_of(const Sample& s, std::size_t extra_columns) {
   if ((s.value_per_sr.abs() > kLargest_per_sr).any()) return "value is beyond 1e12 1/sr";
   if (!is_uncertainty(s.sigma_per_sr)) return "sigma is negative or not within 1e12 1/sr";
   if (!is_uncertainty(s.u_common_per_sr)) return "u_common is negative or not within 1e12 1/sr";
-  for (const Angle u : {s.u_theta_h, s.u_theta_d, s.u_phi_d, s.u_tilt, s.kernel}) {
+  for (const Angle u : {s.u_theta_h, s.u_theta_d, s.u_phi_d, s.kernel}) {
     if (!within(u, 0.0, 360.0)) return "angle uncertainty or kernel is negative or too large";
   }
+  if (!within(s.u_tilt, 0.0, kLargestTilt_deg)) return "u_tilt is negative or above 45 deg";
   if (s.pose < -1) return "pose id below -1";
   if (s.spot < -1) return "spot number below -1";
   if (!s.extra.empty() && s.extra.size() != extra_columns) {
@@ -124,7 +125,8 @@ std::string row_of(const Sample& s, const Used& used, std::size_t extra_columns)
 
 /// Header names must be different, or the file could not be read again.
 void refuse_clashing_names(const std::vector<std::string>& extra_columns) {
-  std::set<std::string_view> taken{kKernelColumn, kPoseColumn, kFlagsColumn};
+  std::set<std::string_view> taken{kPhiHColumn, kTiltColumn, kKernelColumn,
+                                   kPoseColumn, kSpotColumn, kFlagsColumn};
   for (const ColumnNames& names :
        {kDirectionColumns, kValueColumns, kSigmaColumns, kCommonColumns, kAngleColumns}) {
     taken.insert(names.begin(), names.end());

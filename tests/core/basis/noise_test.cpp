@@ -8,6 +8,7 @@
 
 #include "directions_deg.h"
 #include "gonio/basis/reconstruct.h"
+#include "noise_model.h"
 #include "test_materials.h"
 
 namespace gonio::basis {
@@ -258,6 +259,37 @@ TEST(Noise, ATiltOfAPoseMovesEachOfItsSamplesItsOwnWay) {
   const Eigen::VectorXd size = g.rowwise().norm();
   EXPECT_GT((solved(size * size.transpose()) - expected).norm(), 0.03 * expected.norm())
       << "the test cannot tell them apart";
+}
+
+TEST(Noise, OnTopOfAPeakATiltToEitherSideIsALoss) {
+  // No slope there, but a tilted peak is never brighter.
+  const Basis& basis = test::full_basis();
+  samples::SampleSet set = test::sample(test::material(2), {half_diff_deg(0, 30, 0)});
+  const auto variance = [&](Angle tilt) {
+    set.samples[0].u_tilt = tilt;
+    const detail::SampleRows rows = detail::look_up(BasisRows(basis), set, basis.component_count());
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(basis.component_count());
+    return detail::map_samples(basis, rows, set, 1, {}, none, {}).variance[0];
+  };
+  const Angle tilt = Angle::from_degrees(3.0);
+  const BasisRows rows(basis);
+  const BasisRow top = rows.at(set.samples[0].direction);
+  double expected = 0.0;
+  for (const bool about_x : {true, false}) {
+    double change = 0.0;
+    for (const Angle by : {tilt, -tilt}) {
+      const brdf::DirectionPair pair =
+          brdf::tilted(brdf::directions_from_half_diff(set.samples[0].direction),
+                       about_x ? by : Angle(), about_x ? Angle() : by);
+      const BasisRow beside = rows.at(brdf::half_diff_from_directions(pair));
+      const double f = basis.mapping.inverse(beside.mean, beside.weight);
+      change += basis.mapping.forward(f, top.weight) - top.mean;
+    }
+    // Half the second difference times the square of a standard normal, whose mean square is 3.
+    expected += 3.0 * std::pow(0.5 * change, 2);
+  }
+  ASSERT_GT(expected, 1e-6);
+  EXPECT_NEAR(variance(tilt) - variance(Angle()), expected, 1e-6 * expected);
 }
 
 TEST(Noise, NearThePoleAndTheHorizonAngleUncertaintiesStayFinite) {

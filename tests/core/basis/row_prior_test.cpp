@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "directions_deg.h"
+#include "gonio/basis/siblings.h"
+#include "kernel_solve.h"
 #include "noise_model.h"
 #include "test_materials.h"
 
@@ -77,11 +81,89 @@ TEST(HeavyTailedPrior, IsThePlainOneForAHandfulOfMaterials) {
   EXPECT_EQ(prior.mean, Eigen::VectorXd::Zero(basis.component_count()));
 }
 
-TEST(HeavyTailedPrior, CentresItsRows) {
-  const Basis basis = with_strange_twins("twins");
-  const detail::RowPrior prior = prior_at_some_directions(basis);
+/// Uneven weights over the rows of full_basis(), the mean that belongs to them.
+detail::RowPrior uneven_prior(const Basis& basis) {
+  detail::RowPrior prior;
+  prior.weight = Eigen::VectorXd::LinSpaced(basis.row_count(), 0.2, 1.0);
+  prior.mass = prior.weight.sum();
+  prior.mean = basis.left_vectors.transpose() * prior.weight / prior.mass;
+  return prior;
+}
+
+/// Equations of a few samples, and what they were made of.
+struct Measured {
+  detail::SampleRows rows;
+  detail::MappedSamples mapped;
+  detail::NormalEquations equations;
+};
+
+Measured measured(const Basis& basis) {
+  const samples::SampleSet set =
+      test::sample(test::material(40), {half_diff_deg(3, 12, 28), half_diff_deg(30, 19, 89),
+                                        half_diff_deg(5, 70, 77), half_diff_deg(15, 34, 130)});
+  Measured result;
+  result.rows = detail::look_up(BasisRows(basis), set, basis.component_count());
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(basis.component_count());
+  result.mapped = detail::map_samples(basis, result.rows, set, 1, {}, none, {});
+  result.equations = detail::normal_equations(result.rows, result.mapped);
+  return result;
+}
+
+TEST(LeftOutChi2, IsTheOneOfTheOtherRowsWrittenOut) {
+  Basis basis = test::full_basis();
+  basis.materials[1].group = "twins";
+  basis.materials[4].group = "twins";
+  const detail::RowPrior prior = uneven_prior(basis);
+  const Measured seen = measured(basis);
+  const auto groups = rows_of_groups(basis);
+  const std::vector<double> chi2 = detail::left_out_chi2(basis, seen.equations, prior, groups);
+  ASSERT_EQ(chi2.size(), 5u);
+  const Eigen::MatrixXd& u = basis.left_vectors;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    Eigen::VectorXd weight = prior.weight;
+    weight(groups[g]).setZero();
+    const Eigen::RowVectorXd mean = weight.transpose() * u / weight.sum();
+    const Eigen::MatrixXd v = u.rowwise() - prior.mean.transpose();
+    const Eigen::MatrixXd covariance = seen.rows.a *
+                                           (v.transpose() * weight.asDiagonal() * v / prior.mass) *
+                                           seen.rows.a.transpose() +
+                                       Eigen::MatrixXd(seen.mapped.variance.asDiagonal());
+    double expected = 0.0;
+    for (const Eigen::Index row : groups[g]) {
+      const Eigen::VectorXd y = seen.rows.a * (u.row(row) - mean).transpose();
+      expected += y.dot(covariance.partialPivLu().solve(y));
+    }
+    expected /= static_cast<double>(groups[g].size());
+    EXPECT_NEAR(chi2[g], expected, 1e-6 * expected) << g;
+  }
+}
+
+TEST(KernelSolve, WithoutAKernelIsThePosteriorMeanOfAWeightedPrior) {
+  const Basis& basis = test::full_basis();
+  const detail::RowPrior prior = uneven_prior(basis);
+  const Measured seen = measured(basis);
+  const detail::KernelSolve solve(basis, prior, seen.equations, detail::KernelShape{});
   const Eigen::MatrixXd v = basis.left_vectors.rowwise() - prior.mean.transpose();
-  EXPECT_LT((v.transpose() * prior.weight).norm(), 1e-12);
+  const auto posterior_mean = [&](const Eigen::VectorXd& weight, const Eigen::VectorXd& x) {
+    const Eigen::MatrixXd prior_a =
+        (v.transpose() * weight.asDiagonal() * v / prior.mass) * seen.rows.a.transpose();
+    const Eigen::MatrixXd covariance =
+        seen.rows.a * prior_a + Eigen::MatrixXd(seen.mapped.variance.asDiagonal());
+    return Eigen::VectorXd(prior.mean +
+                           prior_a * covariance.partialPivLu().solve(x - seen.rows.a * prior.mean));
+  };
+  const Eigen::VectorXd expected = posterior_mean(prior.weight, seen.mapped.x - seen.rows.mean);
+  EXPECT_LT((solve.coefficients(seen.equations) - expected).norm(), 1e-6 * expected.norm());
+
+  const std::vector<Eigen::Index> group = {6, 7, 8, 12, 13, 14};
+  const Eigen::MatrixXd left = solve.leave_out({group});
+  Eigen::VectorXd others = prior.weight;
+  others(group).setZero();
+  for (const Eigen::Index row : group) {
+    const Eigen::VectorXd own = basis.left_vectors.row(row).transpose();
+    const Eigen::VectorXd residual = own - posterior_mean(others, seen.rows.a * own);
+    EXPECT_LT((left.row(row).transpose() - residual).norm(), 1e-6 * own.norm());
+  }
 }
 
 }  // namespace

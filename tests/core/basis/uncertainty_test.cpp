@@ -350,5 +350,12 @@ TEST(UncertaintyFile, LeavesNothingBehindWhereItCannotBeWritten) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+TEST(Uncertainty, RefusesABasisWhoseMaterialsAreAllSiblings) {
+  Basis basis = test::full_basis();
+  for (MaterialId& id : basis.materials) id.group = "one";
+  const Fit found = fit(basis, test::sample(test::material(40), {half_diff_deg(3, 12, 28)}));
+  EXPECT_THROW(uncertainty(basis, found), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace gonio::basis

@@ -38,6 +38,18 @@ TEST_F(ReadSamples, ReadsTheSixRequiredColumnsInAnyOrder) {
   EXPECT_THAT(set.warnings, IsEmpty());
 }
 
+TEST_F(ReadSamples, WarnsOfATiltThatCannotBeSharedRightly) {
+  const std::string start = std::string("# radiometric_scale=si\n") + kHeader;
+  EXPECT_THAT(read_samples(written(start + ",u_tilt_deg,pose,spot\n1,2,3,4,5,6,.1,0,0\n"
+                                           "1,3,3,4,5,6,.1,0,1\n"))
+                  .warnings,
+              ElementsAre(HasSubstr("u_tilt_deg without phi_h_deg")));
+  EXPECT_THAT(read_samples(written(start + ",u_tilt_deg,pose,spot,phi_h_deg\n"
+                                           "1,2,3,4,5,6,.1,0,0,0\n1,3,3,4,5,6,.1,0,1,90\n"))
+                  .warnings,
+              IsEmpty());
+}
+
 TEST_F(ReadSamples, ReadsAllOptionalColumns) {
   const SampleSet set = read_samples(written(
       std::string("# radiometric_scale=si\n") + kHeader +

@@ -39,8 +39,8 @@ struct ReconstructOptions {
 };
 
 /// How a measurement looks beside the training materials, and each of these beside the others, as
-/// if it had been measured by the same samples without its own rows in the basis. What the verdict
-/// and the bands are calibrated on.
+/// if it had been measured by the same samples without its own and its siblings' rows in the basis.
+/// What the verdict and the bands are calibrated on.
 struct Likeness {
   /// m x 3, mean square difference (nepers^2) of a channel's samples from those of a training row,
   /// less what noise adds.
@@ -90,7 +90,9 @@ struct Fit {
 ///          combination of training rows.
 /// auto     Several strengths of the kernel, none among them, at two model noises; each is weighed
 ///          by how well it predicts the training materials that look like this one without their
-///          own rows.
+///          own rows and their siblings'. Training materials that the others explain badly at the
+///          samples' directions count less (row_prior.h); the noise's covariance and `likeness` are
+///          those of the plain prior, on which bands and verdict were calibrated.
 /// R        Mapped domain: diag(sigma_x^2 + model_eta/m), and for the samples of one pose what they
 ///          share: u_common, and the error of each angle times the slope of the current fit along
 ///          it (a pose has one position, whatever the number of its sub-samples); likewise the tilt

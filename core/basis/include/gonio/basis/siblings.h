@@ -17,6 +17,11 @@ namespace gonio::basis {
 ///          whose group is empty is a group of its own.
 std::vector<std::size_t> sibling_groups(std::span<const MaterialId> materials);
 
+/// Fewer groups than this tell nobody what is usual.
+inline constexpr std::size_t kFewestGroups = 12;
+/// Fewer groups than this leave nothing to compare a left-out one's error with.
+inline constexpr std::size_t kFewestGroupsForBands = 3;
+
 /// How many groups there are.
 std::size_t count_groups(std::span<const MaterialId> materials);
 

@@ -44,6 +44,16 @@ DirectionPair directions_from_half_diff(const HalfDiff& half_diff);
 /// The pair seen from a sample whose normal is off: turned about y, then about x of its frame.
 DirectionPair tilted(const DirectionPair& pair, Angle about_x, Angle about_y);
 
+/// The pair tilted by `tilt` to either side about x (or y), as far as both directions stay above
+/// the horizon: otherwise that end is the pair itself. `steps`: how many tilts lie between them, 0
+/// to 2.
+struct TiltedEnds {
+  DirectionPair plus;
+  DirectionPair minus;
+  int steps = 0;
+};
+TiltedEnds tilted_ends(const DirectionPair& pair, Angle tilt, bool about_x);
+
 /// Cosines of the polar angles of light and detector, without building vectors.
 struct PolarCosines {
   double cos_theta_i;

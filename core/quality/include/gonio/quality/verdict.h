@@ -42,11 +42,8 @@ struct Outlook {
   std::vector<double> left_out_nearest;
 };
 
-/// Fewer left-out materials than this explain nothing.
-constexpr std::size_t kFewestMaterials = 12;
-
 /// Empty for a fit by ridge or as published (they leave nothing out) and for fewer than
-/// kFewestMaterials training materials.
+/// basis::kFewestGroups groups of training materials.
 /// Threads  Uses all; the same figures with any number of them.
 std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit);
 

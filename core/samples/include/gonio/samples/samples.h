@@ -19,7 +19,8 @@ struct Sample {
   brdf::Rgb u_common_per_sr = brdf::Rgb::Zero();  ///< common to all samples of the same pose
   Angle u_theta_h, u_theta_d, u_phi_d;            ///< common to all samples of the same pose
   /// Of the surface's normal, about each of two axes in the surface; common to all samples of the
-  /// same pose. Comes on top of the three before.
+  /// same pose. Comes on top of the three before. A tilt that stays for a whole session is told as
+  /// one of every pose: the solver does not know that they are the same.
   Angle u_tilt;
   Angle kernel;   ///< angular spread (1 sd of theta_h) the value was averaged over
   int pose = -1;  ///< samples with the same id are sub-samples of one frame; -1: each its own
