@@ -50,8 +50,9 @@ struct Likeness {
   /// factor common to all channels and samples (prior: 1 neper) is taken out.
   double innovation = 0.0;
   /// chi^2 per value of what is left of a training material's samples when it is predicted from
-  /// them without its own rows: what chi2_per_sample is to the measurement. By the green channel's
-  /// covariance, plus what the noise of all channels leaves in the residuals of the linear solve.
+  /// them without its own group's rows: what chi2_per_sample is to the measurement. By the green
+  /// channel's covariance, plus what the noise of all channels leaves in the residuals of the
+  /// linear solve.
   Eigen::VectorXd left_out_chi2;
   /// One per training material, what `innovation` is to the measurement: by the green channel's
   /// covariance, plus what the noise of all channels is expected to add to `innovation`.
@@ -71,7 +72,7 @@ struct Fit {
   /// training materials that look like this one.
   double kernel_share = 0.0;
   /// m x k, of `kernel` and `automatic`: what is left of each training row, as coefficients, when
-  /// it is predicted the same way from samples like these without its own material. Holds for the
+  /// it is predicted the same way from samples like these without its own group. Holds for the
   /// green channel's noise. Empty for the other methods.
   Eigen::MatrixXd left_out_residuals;
   /// k x k per channel, of `kernel` and `automatic`: covariance of the coefficients by the samples'

@@ -13,8 +13,8 @@ namespace gonio::basis {
 ///
 /// sigma   Root of two parts: the samples' noise carried through the solve, and the errors that the
 ///         same measurement would have made on the training materials most like this one, each
-///         without its own rows in the basis. The second part is seen, not assumed: it holds
-///         shrinkage, cut-off components and what the directions missed alike.
+///         without its own group's rows in the basis. The second part is seen, not assumed: it
+///         holds shrinkage, cut-off components and what the directions missed alike.
 /// factors How many sigmas the limits stand away. No 1 and 1.96: errors of materials have longer
 ///         tails than a Gauss curve, so these are the quantiles found when every training material
 ///         is predicted from the others in the same way.
