@@ -3,6 +3,8 @@
 #   Eigen3::Eigen  gonio::openblas  hdf5::hdf5  SQLite::SQLite3  TIFF::TIFF  PNG::PNG
 #   tomlplusplus::tomlplusplus  nlohmann_json::nlohmann_json  CLI11::CLI11  fmt::fmt
 #   OpenSSL::Crypto  Threads::Threads  GTest::gtest  GTest::gmock  benchmark::benchmark
+#   PkgConfig::LIBMODBUS  PkgConfig::LIBUSB  PkgConfig::ARAVIS   each with its GONIO_WITH_...
+#   PkgConfig::UMOCKDEV  with GONIO_WITH_USB: emulates USB devices
 
 set(THREADS_PREFER_PTHREAD_FLAG ON)
 find_package(Threads REQUIRED)
@@ -21,6 +23,20 @@ find_package(nlohmann_json 3.11 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
 find_package(fmt 9 REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
+
+if(GONIO_WITH_MODBUS OR GONIO_WITH_USB OR GONIO_WITH_ARAVIS)
+  find_package(PkgConfig REQUIRED)
+endif()
+if(GONIO_WITH_MODBUS)
+  pkg_check_modules(LIBMODBUS REQUIRED IMPORTED_TARGET libmodbus>=3.1.6)
+endif()
+if(GONIO_WITH_USB)
+  pkg_check_modules(LIBUSB REQUIRED IMPORTED_TARGET libusb-1.0>=1.0.26)
+  pkg_check_modules(UMOCKDEV REQUIRED IMPORTED_TARGET umockdev-1.0>=0.17)
+endif()
+if(GONIO_WITH_ARAVIS)
+  pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8>=0.8.26)
+endif()
 
 if(GONIO_BUILD_TESTS)
   find_package(GTest 1.12 REQUIRED)

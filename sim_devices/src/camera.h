@@ -6,7 +6,7 @@
 
 #include "changer.h"
 #include "gonio/devices/camera.h"
-#include "joint.h"
+#include "gonio/sim/joint.h"
 #include "lamp_output.h"
 #include "lens.h"
 #include "light.h"

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "gonio/devices/target_changer.h"
+#include "gonio/sim/joint.h"
 #include "gonio/sim/virtual_clock.h"
-#include "joint.h"
 #include "light.h"
 
 namespace gonio::sim {

@@ -1,4 +1,4 @@
-#include "joint.h"
+#include "gonio/sim/joint.h"
 
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ Joint::Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t se
              std::size_t index)
     : options_(options),
       home_(axis.home),
-      max_speed_rad_per_s_(Angle::from_degrees(axis.max_speed_deg_per_s).radians()),
+      limit_{axis.max_speed_deg_per_s, axis.acceleration_deg_per_s2},
       acceleration_rad_per_s2_(Angle::from_degrees(axis.acceleration_deg_per_s2).radians()),
       settle_(axis.settle),
       positioning_key_(random::make_key(seed, "axis.positioning", index)),
@@ -29,22 +29,25 @@ Joint::Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t se
   const double share = random::uniform(random::make_key(seed, "axis.power_up", index), 0);
   const double start = axis.min.radians() + share * (axis.max - axis.min).radians();
   segments_.push_back(
-      {Time(0), start, start, MotionProfile::braking(0.0, 1.0), Time(0), Time(0), 0.0});
+      {Time(0), start, start, MotionProfile::braking(0.0, 1.0), Time(0), Time(0), Time(0), 0.0});
 }
 
-Joint::Time Joint::move_to(Angle target, Time now) {
+Joint::Time Joint::move_to(Angle target, Time now, std::optional<Pace> pace) {
   const std::lock_guard lock(mutex_);
   if (held_ == target) return segments_.back().settled;
   const double error =
       options_.positioning_sigma.radians() * random::normal(positioning_key_, moves_++);
   held_ = target;
-  return drive_to(target.radians() + error, now, settle_);
+  Pace at = pace.value_or(limit_);
+  at.max_speed_deg_per_s = std::min(at.max_speed_deg_per_s, limit_.max_speed_deg_per_s);
+  at.acceleration_deg_per_s2 = std::min(at.acceleration_deg_per_s2, limit_.acceleration_deg_per_s2);
+  return drive_to(target.radians() + error, now, Time(0), at);
 }
 
 Joint::Time Joint::start_homing(Time now) {
   const std::lock_guard lock(mutex_);
   held_.reset();
-  return drive_to(home_.radians(), now, settle_ + options_.index_search);
+  return drive_to(home_.radians(), now, options_.index_search, limit_);
 }
 
 void Joint::finish_homing() {
@@ -64,19 +67,20 @@ void Joint::brake_locked(Time now) {
   // A brake asked for during the braking that precedes a new move cancels the move.
   while (segments_.size() > 1 && segments_.back().start > now) segments_.pop_back();
   const double speed = state_at(now).speed_rad_per_s;
-  append(MotionProfile::braking(speed, acceleration_rad_per_s2_), now, Time(0), false);
+  append(MotionProfile::braking(speed, acceleration_rad_per_s2_), now, Time(0), Time(0), false);
 }
 
-Joint::Time Joint::drive_to(double motor_rad, Time now, Time dwell) {
+Joint::Time Joint::drive_to(double motor_rad, Time now, Time search, const Pace& pace) {
   brake_locked(now);
   const Time start = std::max(now, segments_.back().settled);
   const double distance = motor_rad - state_at(start).motor_rad;
-  append(MotionProfile::rest_to_rest(distance, max_speed_rad_per_s_, acceleration_rad_per_s2_),
-         start, dwell, true);
+  const double speed = Angle::from_degrees(pace.max_speed_deg_per_s).radians();
+  const double acceleration = Angle::from_degrees(pace.acceleration_deg_per_s2).radians();
+  append(MotionProfile::rest_to_rest(distance, speed, acceleration), start, search, settle_, true);
   return segments_.back().settled;
 }
 
-void Joint::append(const MotionProfile& profile, Time start, Time dwell, bool rings) {
+void Joint::append(const MotionProfile& profile, Time start, Time search, Time settle, bool rings) {
   const State state = state_at(start);
   const double ring =
       rings ? std::copysign(std::min(options_.ring_fraction * std::abs(profile.distance()),
@@ -84,9 +88,17 @@ void Joint::append(const MotionProfile& profile, Time start, Time dwell, bool ri
                             profile.distance())
             : 0.0;
   const Time end = start + from_seconds(profile.duration_s());
-  segments_.back().settled = std::min(segments_.back().settled, start);  // replaced from here on
-  segments_.push_back({start, state.motor_rad, state.shaft_rad, profile, end, end + dwell, ring});
+  Segment& replaced = segments_.back();
+  replaced.settled = std::min(replaced.settled, start);
+  replaced.arrived = std::min(replaced.arrived, start);
+  segments_.push_back({start, state.motor_rad, state.shaft_rad, profile, end, end + search,
+                       end + search + settle, ring});
   if (segments_.size() > kRememberedSegments) segments_.pop_front();
+}
+
+Joint::Time Joint::arrived_at() const {
+  const std::lock_guard lock(mutex_);
+  return segments_.back().arrived;
 }
 
 Joint::Time Joint::settled_at() const {

@@ -5,8 +5,8 @@
 
 #include "camera.h"
 #include "changer.h"
+#include "gonio/sim/joint.h"
 #include "gonio/sim/virtual_clock.h"
-#include "joint.h"
 #include "lamp_output.h"
 #include "light.h"
 #include "stage.h"
@@ -28,7 +28,8 @@ class SimGoniometer::World {
  public:
   explicit World(const SimOptions& given)
       : options(completed(given)),
-        clock(options.time_scale),
+        clock(options.time_scale, options.runs_by_itself ? VirtualClock::Between::runs
+                                                         : VirtualClock::Between::stands_still),
         lamp_output(options.lamp, options.seed),
         light(options.lamp),
         monitor(options.lamp, light, lamp_output, clock, options.seed),
@@ -66,6 +67,7 @@ SimGoniometer SimGoniometer::nominal(std::shared_ptr<const brdf::BrdfModel> mate
 devices::Clock& SimGoniometer::clock() { return world_->clock; }
 std::size_t SimGoniometer::axis_count() const { return world_->stages.size(); }
 devices::RotationStage& SimGoniometer::stage(std::size_t axis) { return *world_->stages.at(axis); }
+Joint& SimGoniometer::joint(std::size_t axis) { return *world_->joints.at(axis); }
 devices::Camera& SimGoniometer::camera() { return world_->camera; }
 devices::LightSource& SimGoniometer::light_source() { return world_->light; }
 devices::LampMonitor& SimGoniometer::lamp_monitor() { return world_->monitor; }

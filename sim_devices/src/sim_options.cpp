@@ -176,6 +176,9 @@ void SimOptions::validate() const {
   scene.validate();
   require_not_negative("change_time", change_time);
   if (time_scale) require_positive("time_scale", *time_scale);
+  if (runs_by_itself && !time_scale) {
+    throw std::invalid_argument("time_scale: a world that runs by itself needs one");
+  }
 }
 
 SimOptions nominal_options(std::shared_ptr<const brdf::BrdfModel> material, std::uint64_t seed) {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "gonio/devices/rotation_stage.h"
+#include "gonio/sim/joint.h"
 #include "gonio/sim/virtual_clock.h"
-#include "joint.h"
 
 namespace gonio::sim {
 

@@ -13,10 +13,19 @@ constexpr std::chrono::milliseconds kPaceSlice{5};
 
 }  // namespace
 
-VirtualClock::VirtualClock(std::optional<double> time_scale) : time_scale_(time_scale) {
+VirtualClock::VirtualClock(std::optional<double> time_scale, Between between)
+    : time_scale_(time_scale) {
   if (time_scale_ && !(*time_scale_ > 0.0 && std::isfinite(*time_scale_))) {
     throw std::invalid_argument("time_scale: must be positive and finite");
   }
+  if (between == Between::runs) {
+    if (!time_scale_) throw std::invalid_argument("time_scale: a clock that runs needs one");
+    running_.emplace(*time_scale_);
+  }
+}
+
+devices::Clock::Duration VirtualClock::now() const {
+  return running_ ? running_->now() : Duration(now_ns_.load());
 }
 
 void VirtualClock::wait_until(Duration time) {
@@ -28,6 +37,16 @@ bool VirtualClock::wait_until(Duration time, const std::function<bool()>& interr
     if (interrupted()) return false;
     raise_to(time);
     return true;
+  }
+
+  if (running_) {
+    while (true) {
+      if (interrupted()) return false;
+      const Duration left = time - now();
+      if (left <= Duration(0)) return true;
+      std::this_thread::sleep_for(
+          std::min<std::chrono::nanoseconds>(running_->on_host(left), kPaceSlice));
+    }
   }
 
   using Wall = std::chrono::steady_clock;

@@ -64,5 +64,25 @@ TEST(VirtualClock, RefusesAScaleThatIsNoPace) {
   EXPECT_THROW(VirtualClock(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
 }
 
+TEST(VirtualClock, RunningOnePassesWithoutAnybodyWaiting) {
+  VirtualClock clock(1000.0, VirtualClock::Between::runs);
+  const auto start = clock.now();
+  const auto wall = std::chrono::steady_clock::now();
+  while (std::chrono::steady_clock::now() - wall < 2ms) {
+  }
+  EXPECT_GE(clock.now() - start, 2s);
+}
+
+TEST(VirtualClock, RunningOneWaitsAndIsInterrupted) {
+  VirtualClock clock(1000.0, VirtualClock::Between::runs);
+  clock.wait_until(clock.now() + 3s);
+  EXPECT_GE(clock.now(), 3s);
+  EXPECT_FALSE(clock.wait_until(clock.now() + 24h, [] { return true; }));
+}
+
+TEST(VirtualClock, RunningOneNeedsAScale) {
+  EXPECT_THROW(VirtualClock(std::nullopt, VirtualClock::Between::runs), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace gonio::sim

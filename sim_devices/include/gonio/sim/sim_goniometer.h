@@ -11,6 +11,8 @@
 
 namespace gonio::sim {
 
+class Joint;
+
 /// One simulated rig: a hidden world, and the devices that see it.
 ///
 /// World    Axes that move as motors do, a lamp that drifts, a flat target of any BRDF seen by a
@@ -18,7 +20,8 @@ namespace gonio::sim {
 ///          shares with the rest of the project only forward kinematics and BRDF evaluation, so
 ///          that a wrong reduction cannot agree with a wrong simulation.
 /// Time     Virtual (VirtualClock). Waiting for an axis, homing, exposing, changing the target and
-///          Clock::wait_until() let it pass; nothing else does. Timeouts count virtual time.
+///          Clock::wait_until() let it pass; nothing else does, unless the options say that it runs
+///          by itself. Timeouts count virtual time.
 /// Noise    Every random value is a function of the seed and of what it belongs to (pixel, frame,
 ///          axis and move, second of drift): the same calls give the same bytes on any number of
 ///          threads.
@@ -43,6 +46,9 @@ class SimGoniometer {
   std::size_t axis_count() const;
   /// In the order of the rig's axes. Throws std::out_of_range.
   devices::RotationStage& stage(std::size_t axis);
+  /// The mechanics alone, for an emulated drive that has a state machine of its own: use this or
+  /// stage() of an axis, not both. Throws std::out_of_range.
+  Joint& joint(std::size_t axis);
   devices::Camera& camera();
   devices::LightSource& light_source();
   devices::LampMonitor& lamp_monitor();

@@ -176,6 +176,7 @@ struct SimOptions {
   std::chrono::milliseconds change_time{20000};  ///< of the target changer
   std::uint64_t seed = 1;
   std::optional<double> time_scale;  ///< real pace, see VirtualClock
+  bool runs_by_itself = false;       ///< time passes without anybody waiting; needs a time scale
 
   void validate() const;
 };

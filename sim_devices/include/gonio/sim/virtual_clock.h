@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "gonio/devices/clock.h"
+#include "gonio/devices/steady_clock.h"
 
 namespace gonio::sim {
 
@@ -14,13 +15,19 @@ namespace gonio::sim {
 ///
 /// Pace     With a time scale, a wait also takes real time: wall = virtual / scale. The times read
 ///          are the same; only a stop() from another thread falls where the host puts it.
+/// Running  On request it runs on by itself at that scale, whether anybody waits or not: the world
+///          behind an emulated wire, whose masters are other processes.
 /// Threads  All members from any thread.
 class VirtualClock final : public devices::Clock {
  public:
-  /// Throws std::invalid_argument unless `time_scale`, when given, is positive and finite.
-  explicit VirtualClock(std::optional<double> time_scale = std::nullopt);
+  enum class Between { stands_still, runs };  ///< what it does while nobody waits
 
-  Duration now() const override { return Duration(now_ns_.load()); }
+  /// Throws std::invalid_argument unless `time_scale`, when given, is positive and finite, and when
+  /// a clock that runs has none.
+  explicit VirtualClock(std::optional<double> time_scale = std::nullopt,
+                        Between between = Between::stands_still);
+
+  Duration now() const override;
   void wait_until(Duration time) override;
 
   /// As wait_until(), but gives up as soon as `interrupted` says so; it is asked at least once.
@@ -31,6 +38,7 @@ class VirtualClock final : public devices::Clock {
   void raise_to(Duration time);
 
   std::optional<double> time_scale_;
+  std::optional<devices::SteadyClock> running_;
   std::atomic<Duration::rep> now_ns_{0};
 };
 

@@ -27,9 +27,15 @@ class Joint {
   /// Stands somewhere within the limits, as after power-up.
   Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t seed, std::size_t index);
 
+  /// How a drive was told to travel.
+  struct Pace {
+    double max_speed_deg_per_s;
+    double acceleration_deg_per_s2;
+  };
+
   /// Starts a move; one under way is braked first. Returns when it will have settled. A target
-  /// that is already held costs nothing.
-  Time move_to(Angle target, Time now);
+  /// that is already held costs nothing. The axis's own pace is its limit.
+  Time move_to(Angle target, Time now, std::optional<Pace> pace = std::nullopt);
 
   /// Drives to the home mark and searches it. finish_homing() redefines the zero at its end.
   Time start_homing(Time now);
@@ -37,6 +43,9 @@ class Joint {
 
   void brake(Time now);
 
+  /// When the motor will have done what it was sent for, or had: a homing's search included,
+  /// ringing not.
+  Time arrived_at() const;
   /// When the axis will stand still, or stood still if that is past.
   Time settled_at() const;
   bool at_rest_during(Time from, Time to) const;
@@ -51,6 +60,7 @@ class Joint {
     double shaft_rad;
     MotionProfile profile;
     Time end;
+    Time arrived;
     Time settled;
     double ring_rad;  ///< amplitude
   };
@@ -63,15 +73,15 @@ class Joint {
 
   const Segment& segment_at(Time time) const;
   State state_at(Time time) const;
-  void append(const MotionProfile& profile, Time start, Time dwell, bool rings);
+  void append(const MotionProfile& profile, Time start, Time search, Time settle, bool rings);
   void brake_locked(Time now);
-  Time drive_to(double motor_rad, Time now, Time dwell);
+  Time drive_to(double motor_rad, Time now, Time search, const Pace& pace);
 
   mutable std::mutex mutex_;
   AxisOptions options_;
   Angle home_;
-  double max_speed_rad_per_s_;
-  double acceleration_rad_per_s2_;
+  Pace limit_;
+  double acceleration_rad_per_s2_;  ///< of braking
   Time settle_;
   random::Key positioning_key_;
   random::Key homing_key_;
