@@ -1,5 +1,5 @@
+#include "gonio/setup/rig_file.h"
 #include "plan_file.h"
-#include "rig_file.h"
 #include "trial.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

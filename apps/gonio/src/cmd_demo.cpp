@@ -13,6 +13,7 @@
 #include "gonio/files/atomic_folder.h"
 #include "gonio/render/comparison_sheet.h"
 #include "gonio/render/png.h"
+#include "gonio/setup/simulated_rig.h"
 #include "json_text.h"
 #include "patch_geometry.h"
 #include "plan_file.h"
@@ -21,7 +22,6 @@
 #include "provenance.h"
 #include "report_data.h"
 #include "session_run.h"
-#include "simulated_rig.h"
 
 namespace gonio::cli {
 namespace {

@@ -6,6 +6,7 @@
 #include "command.h"
 #include "direction_choice.h"
 #include "directions_input.h"
+#include "gonio/console/suggest.h"
 #include "gonio/design/published_sets.h"
 #include "gonio/quality/evaluate.h"
 #include "gonio/quality/verdict.h"
@@ -16,7 +17,6 @@
 #include "noise_options.h"
 #include "planning.h"
 #include "siblings_input.h"
-#include "suggest.h"
 
 namespace gonio::cli {
 namespace {

@@ -5,10 +5,10 @@
 #include "directions_input.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
+#include "gonio/setup/simulated_rig.h"
 #include "plan_file.h"
 #include "planning.h"
 #include "session_run.h"
-#include "simulated_rig.h"
 
 namespace gonio::cli {
 namespace {

@@ -5,6 +5,7 @@
 #include "directions_input.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/files/text_file.h"
+#include "gonio/setup/simulated_rig.h"
 #include "json_text.h"
 #include "near_field_plan.h"
 #include "outputs.h"
@@ -15,7 +16,6 @@
 #include "planning.h"
 #include "pose_choice.h"
 #include "provenance.h"
-#include "simulated_rig.h"
 
 namespace gonio::cli {
 namespace {

@@ -7,7 +7,6 @@
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/rig/reach.h"
 #include "json_text.h"
-#include "keep_out_keys.h"
 #include "patch_geometry.h"
 
 namespace gonio::cli {
@@ -94,12 +93,7 @@ int example(Context& context, const ExampleOptions& options) {
     return kSuccess;
   }
   if (options.type == "chains") file.kind = RigFile::Kind::chains;
-  context.console.result(
-      "# A rig file for gonio. Every key is optional and stands here with its default; unknown "
-      "keys\n"
-      "# are errors. `gonio rig check FILE` says what a rig can reach. Angles are in degrees,\n"
-      "# lengths in millimetres; a calibration file brings the measured constants.\n" +
-      rig_file_text(file, true) + keep_out_example(file.rig));
+  context.console.result(example_rig_text(file));
   return kSuccess;
 }
 

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "gonio/console/printable.h"
 #include "json_text.h"
 #include "planning.h"
-#include "printable.h"
 #include "session_run.h"
 
 namespace gonio::cli {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "console.h"
-#include "failures.h"
+#include "gonio/console/console.h"
+#include "gonio/console/failures.h"
 #include "gonio/files/atomic_file.h"
 
 namespace CLI {

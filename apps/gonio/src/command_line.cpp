@@ -8,11 +8,11 @@
 #include <limits>
 
 #include "command.h"
+#include "gonio/console/printable.h"
+#include "gonio/console/stop_signals.h"
+#include "gonio/console/suggest.h"
 #include "gonio/parallel/parallel.h"
 #include "gonio/version/version.h"
-#include "printable.h"
-#include "stop_signals.h"
-#include "suggest.h"
 
 namespace gonio::cli {
 namespace {

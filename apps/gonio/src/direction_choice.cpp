@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/design/condition_search.h"
 #include "gonio/design/exchange.h"
 #include "gonio/design/expected_noise.h"

@@ -6,14 +6,14 @@
 #include <string>
 #include <vector>
 
-#include "console.h"
 #include "gonio/basis/basis.h"
+#include "gonio/console/console.h"
 #include "gonio/design/coverage.h"
 #include "gonio/design/criteria.h"
 #include "gonio/design/image_importance.h"
 #include "gonio/quality/forecast.h"
 #include "gonio/rig/kinematics.h"
-#include "simulated_rig.h"
+#include "gonio/setup/simulated_rig.h"
 
 namespace gonio::cli {
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/design/published_sets.h"
 #include "planning.h"
 

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "console.h"
 #include "gonio/acquisition/measurement_plan.h"
+#include "gonio/console/console.h"
 #include "gonio/samples/samples.h"
 
 namespace gonio::cli {

@@ -5,7 +5,7 @@
 #include <exception>
 
 #include "command.h"
-#include "printable.h"
+#include "gonio/console/printable.h"
 
 namespace {
 

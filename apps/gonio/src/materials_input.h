@@ -11,6 +11,7 @@
 #include "gonio/basis/training_set.h"
 #include "gonio/brdf/brdf_table.h"
 #include "gonio/brdf/builtin_materials.h"
+#include "gonio/setup/named_material.h"
 
 namespace gonio::cli {
 
@@ -27,38 +28,10 @@ struct ScaleWish {
 /// --scale and --merl-to-si
 void add_scale_options(const Command& command, ScaleWish& wish);
 
-/// A material named on the command line: a file of any format of brdf::read_material(), or
-/// "builtin:NAME".
-struct NamedMaterial {
-  std::string name;    ///< file name without extension, or the built-in name
-  std::string source;  ///< as given
-  const brdf::BuiltinMaterial* builtin = nullptr;
-  std::filesystem::path path;  ///< when not built in
-  /// Brought to this scale with the factor of `wish` when loaded; empty: left in its own.
-  std::optional<brdf::RadiometricScale> scale;
-  double merl_to_si = brdf::kMerlToSi;
-};
-
-/// Understands the word. A word that is no file but a built-in name is taken as that. Throws
-/// UsageError, suggesting the nearest name.
-NamedMaterial named_material(const std::string& word);
-
-brdf::BrdfTable load_table(const NamedMaterial& material);
-
-/// The table in another scale; unchanged when it has that already.
-brdf::BrdfTable in_scale(brdf::BrdfTable table, brdf::RadiometricScale to, double merl_to_si);
-
 /// Warns when the file's values are clearly more reciprocal read under another convention; with
 /// `always` says how reciprocal they are in any case. Nothing for MERL files and built-in ones.
 enum class Report { warnings, always };
 void report_conventions(const Console& console, const NamedMaterial& material, Report what);
-
-/// A material as the simulated sample: exact for built-in ones, trilinear for files.
-struct SampleMaterial {
-  std::shared_ptr<const brdf::BrdfModel> model;
-  brdf::RadiometricScale scale = brdf::RadiometricScale::si;
-};
-SampleMaterial load_sample(const NamedMaterial& material);
 
 /// Materials to train on or to evaluate, brought to one scale.
 struct TrainingInput {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "planning.h"
 
 namespace gonio::cli {

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "failures.h"
 #include "gonio/brdf/merl_file.h"
+#include "gonio/console/failures.h"
 #include "gonio/files/atomic_file.h"
 
 namespace gonio::cli {

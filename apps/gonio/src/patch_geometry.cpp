@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/rig/kinematics.h"
 
 namespace gonio::cli {

@@ -6,7 +6,7 @@
 #include "gonio/design/patch_geometry.h"
 #include "gonio/design/pose_information.h"
 #include "gonio/rig/rig_description.h"
-#include "simulated_rig.h"
+#include "gonio/setup/simulated_rig.h"
 
 namespace gonio::cli {
 

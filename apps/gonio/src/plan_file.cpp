@@ -4,11 +4,11 @@
 
 #include <cmath>
 
+#include "gonio/console/printable.h"
 #include "gonio/errors/errors.h"
 #include "gonio/rig/travel.h"
 #include "gonio/samples/csv.h"
 #include "gonio/samples/samples.h"
-#include "printable.h"
 
 namespace gonio::cli {
 namespace {

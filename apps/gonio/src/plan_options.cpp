@@ -4,7 +4,7 @@
 
 #include <initializer_list>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 
 namespace gonio::cli {
 namespace {

@@ -8,7 +8,7 @@
 #include "gonio/acquisition/measurement_plan.h"
 #include "gonio/basis/basis.h"
 #include "gonio/rig/kinematics.h"
-#include "rig_file.h"
+#include "gonio/setup/rig_file.h"
 
 namespace gonio::cli {
 

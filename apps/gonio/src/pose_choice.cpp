@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/design/pose_exchange.h"
 
 namespace gonio::cli {

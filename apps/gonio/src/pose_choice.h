@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "console.h"
 #include "gonio/basis/basis.h"
+#include "gonio/console/console.h"
 #include "gonio/design/patch_geometry.h"
 #include "gonio/design/pose_information.h"
 #include "gonio/rig/kinematics.h"

@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
-#include "failures.h"
 #include "gonio/brdf/rgl_file.h"
+#include "gonio/console/failures.h"
 
 namespace gonio::cli {
 

@@ -4,7 +4,7 @@
 
 #include <charconv>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "session_run.h"
 
 namespace gonio::cli {

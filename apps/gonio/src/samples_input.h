@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <string>
 
-#include "console.h"
 #include "gonio/basis/reconstruct.h"
+#include "gonio/console/console.h"
 #include "gonio/samples/samples.h"
 
 namespace gonio::cli {

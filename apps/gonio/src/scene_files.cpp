@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/report/escaped.h"
 
 namespace gonio::cli {

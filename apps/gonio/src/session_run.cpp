@@ -6,12 +6,12 @@
 #include <ctime>
 #include <iostream>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
+#include "gonio/setup/simulated_rig.h"
 #include "gonio/sim/sim_goniometer.h"
 #include "gonio/version/version.h"
-#include "simulated_rig.h"
 
 namespace gonio::cli {
 namespace {

@@ -4,11 +4,11 @@
 #include <stop_token>
 #include <string>
 
-#include "console.h"
 #include "gonio/acquisition/session.h"
 #include "gonio/acquisition/session_archive.h"
+#include "gonio/console/console.h"
+#include "gonio/setup/rig_file.h"
 #include "materials_input.h"
-#include "rig_file.h"
 
 namespace gonio::cli {
 

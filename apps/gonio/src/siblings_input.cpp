@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "command.h"
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/samples/csv.h"
 
 namespace gonio::cli {

@@ -1,4 +1,4 @@
-#include "simulated_rig.h"
+#include "gonio/setup/simulated_rig.h"
 
 #include <algorithm>
 #include <cmath>

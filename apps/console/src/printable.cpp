@@ -1,4 +1,4 @@
-#include "printable.h"
+#include "gonio/console/printable.h"
 
 #include <fmt/format.h>
 

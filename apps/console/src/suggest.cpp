@@ -1,4 +1,4 @@
-#include "suggest.h"
+#include "gonio/console/suggest.h"
 
 #include <algorithm>
 #include <numeric>

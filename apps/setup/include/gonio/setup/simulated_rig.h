@@ -7,9 +7,8 @@
 
 #include "gonio/acquisition/session.h"
 #include "gonio/instrument/instrument.h"
+#include "gonio/setup/rig_file.h"
 #include "gonio/sim/sim_goniometer.h"
-#include "materials_input.h"
-#include "rig_file.h"
 
 namespace gonio::cli {
 

@@ -1,4 +1,4 @@
-#include "failures.h"
+#include "gonio/console/failures.h"
 
 #include <new>
 

@@ -7,6 +7,7 @@
 #include <sstream>
 #include <vector>
 
+#include "config_ranges.h"
 #include "config_writer.h"
 #include "gonio/errors/errors.h"
 #include "gonio/rig/paths.h"
@@ -14,7 +15,6 @@
 namespace gonio::cli {
 namespace {
 
-constexpr Range kAnyDegrees{-3600.0, 3600.0};
 /// A range of a keep-out before its keys are read, which have no defaults.
 constexpr rig::KeepOut::Range kUnsaid{
     std::numeric_limits<std::size_t>::max(),

@@ -1,9 +1,10 @@
-#include "rig_file.h"
+#include "gonio/setup/rig_file.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
+#include "config_ranges.h"
 #include "config_reader.h"
 #include "config_writer.h"
 #include "gonio/errors/errors.h"
@@ -13,15 +14,6 @@
 
 namespace gonio::cli {
 namespace {
-
-constexpr double kMicrosecond = 1e-6;
-constexpr double kMillisecond = 1e-3;
-constexpr Range kAnyDegrees{-3600.0, 3600.0};
-constexpr Range kMillimetres{-1e5, 1e5};
-constexpr Range kPositive{1e-9, 1e9};
-constexpr Range kNotNegative{0.0, 1e9};
-constexpr Range kExposure{1.0, 1e8};
-constexpr Range kShare{0.0, 1.0};
 
 void visit_axis(ConfigVisitor& v, rig::Axis& axis) {
   v.angle("min_deg", axis.min, kAnyDegrees, "soft limits, inclusive");
@@ -328,6 +320,14 @@ std::string rig_file_text(RigFile file, bool comments) {
   ConfigWriter writer(comments);
   visit(writer, file);
   return writer.text_so_far();
+}
+
+std::string example_rig_text(const RigFile& rig) {
+  return "# A rig file for gonio. Every key is optional and stands here with its default; unknown "
+         "keys\n"
+         "# are errors. `gonio rig check FILE` says what a rig can reach. Angles are in degrees,\n"
+         "# lengths in millimetres; a calibration file brings the measured constants.\n" +
+         rig_file_text(rig, true) + keep_out_example(rig.rig);
 }
 
 }  // namespace gonio::cli

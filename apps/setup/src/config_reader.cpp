@@ -6,9 +6,9 @@
 #include <cmath>
 #include <optional>
 
+#include "gonio/console/printable.h"
+#include "gonio/console/suggest.h"
 #include "gonio/errors/errors.h"
-#include "printable.h"
-#include "suggest.h"
 #include "toml_limits.h"
 
 namespace gonio::cli {

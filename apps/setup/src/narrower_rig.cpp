@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <string>
 
-#include "failures.h"
+#include "gonio/console/failures.h"
 #include "gonio/rig/paths.h"
 
 namespace gonio::cli {
@@ -14,7 +14,7 @@ namespace {
 // Degrees that went through a file come back within rounding.
 constexpr Angle kSameAngle = Angle::from_radians(1e-9);
 
-std::string axis_names(const rig::RigDescription& rig) {
+std::string axis_list(const rig::RigDescription& rig) {
   std::string text;
   for (const rig::Axis& axis : rig.axes) text += (text.empty() ? "" : ", ") + axis.name;
   return text;
@@ -51,9 +51,9 @@ rig::RigDescription narrower_rig(const rig::RigDescription& calibrated,
                                  const std::filesystem::path& calibration,
                                  const rig::RigDescription& allowed,
                                  const std::filesystem::path& rig_file) {
-  if (axis_names(calibrated) != axis_names(allowed)) {
+  if (axis_list(calibrated) != axis_list(allowed)) {
     throw UsageError(fmt::format("{}: rig.axes: found {}, expected {} as in {}",
-                                 calibration.string(), axis_names(calibrated), axis_names(allowed),
+                                 calibration.string(), axis_list(calibrated), axis_list(allowed),
                                  rig_file.string()));
   }
   rig::RigDescription rig = calibrated;

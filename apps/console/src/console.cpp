@@ -1,4 +1,4 @@
-#include "console.h"
+#include "gonio/console/console.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -9,8 +9,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "gonio/console/printable.h"
 #include "gonio/errors/errors.h"
-#include "printable.h"
 
 namespace gonio::cli {
 namespace {

@@ -47,4 +47,7 @@ RigFile rig_file_from_text(const std::string& text, const std::filesystem::path&
 /// The whole file as TOML that reads back to the same values.
 std::string rig_file_text(RigFile rig, bool comments);
 
+/// The same with comments and, commented out, a keep-out, for a person to start from.
+std::string example_rig_text(const RigFile& rig);
+
 }  // namespace gonio::cli
