@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "guarded_devices.h"
+#include "gonio/acquisition/guarded_devices.h"
 
 namespace gonio::acquisition {
 

@@ -1,8 +1,9 @@
-#include "guarded_devices.h"
+#include "gonio/acquisition/guarded_devices.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "gonio/rig/paths.h"
 
@@ -14,7 +15,7 @@ constexpr std::chrono::nanoseconds kExposureTolerance = std::chrono::microsecond
 
 void make_safe(const DeviceSet& devices) noexcept {
   for (devices::RotationStage* stage : devices.stages) stage->stop();
-  devices.light->close_shutter();
+  if (devices.light != nullptr) devices.light->close_shutter();
 }
 
 bool may_help_to_retry(devices::DeviceErrc code) {
@@ -48,16 +49,15 @@ void check_frame(const devices::Frame& frame, const devices::Camera& camera,
 }  // namespace
 
 GuardedDevices::GuardedDevices(const DeviceSet& devices, const rig::RigDescription& rig,
-                               const SessionOptions& options, SessionWriter& archive,
-                               std::stop_token stop)
+                               const SessionOptions& options, Note note, std::stop_token stop)
     : devices_(devices),
       rig_(rig),
       travel_model_(rig),
       options_(options),
-      archive_(archive),
+      note_(std::move(note)),
       stop_(stop),
       on_stop_(stop, [this] { make_safe(devices_); }) {
-  devices_.light->close_shutter();
+  close_shutter();
 }
 
 GuardedDevices::~GuardedDevices() { make_safe(devices_); }
@@ -79,7 +79,7 @@ void GuardedDevices::retrying(const std::function<void()>& call) {
       if (attempt >= options_.retries || !may_help_to_retry(error.code()) || stop_requested()) {
         throw;
       }
-      archive_.note(now(), "retry", error.what());
+      note_(now(), "retry", error.what());
     }
   }
 }
@@ -93,6 +93,14 @@ void GuardedDevices::home_all() {
   }
   joints_ = read_joints();
   sent_ = rig_.home();
+}
+
+void GuardedDevices::take_over() {
+  for (devices::RotationStage* stage : devices_.stages) {
+    retrying([&] { stage->rearm(); });
+  }
+  joints_ = read_joints();
+  sent_ = joints_;
 }
 
 rig::Joints GuardedDevices::read_joints() {
@@ -205,7 +213,9 @@ void GuardedDevices::light(const std::string& channel) {
   retrying([&] { devices_.light->light(channel); });
 }
 
-void GuardedDevices::close_shutter() noexcept { devices_.light->close_shutter(); }
+void GuardedDevices::close_shutter() noexcept {
+  if (devices_.light != nullptr) devices_.light->close_shutter();
+}
 
 void GuardedDevices::mount(devices::Target target) {
   if (devices_.changer == nullptr || devices_.changer->mounted() == target) return;

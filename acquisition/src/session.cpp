@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "bracket.h"
-#include "guarded_devices.h"
+#include "gonio/acquisition/guarded_devices.h"
 #include "preflight.h"
 #include "standing_capture.h"
 
@@ -18,7 +18,11 @@ class Session {
   Session(const DeviceSet& devices, const instrument::Instrument& instrument,
           const MeasurementPlan& plan, const SessionOptions& options, SessionWriter& archive,
           const std::function<void(const SessionProgress&)>& progress, std::stop_token stop)
-      : devices_(devices, instrument.rig, options, archive, stop),
+      : devices_(
+            devices, instrument.rig, options,
+            [&archive](std::chrono::nanoseconds at, const std::string& kind,
+                       const std::string& text) { archive.note(at, kind, text); },
+            stop),
         instrument_(instrument),
         plan_(plan),
         options_(options),

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "guarded_devices.h"
+#include "gonio/acquisition/guarded_devices.h"
 
 namespace gonio::acquisition {
 

@@ -38,6 +38,7 @@ class FakeStage final : public devices::RotationStage {
   }
   void begin_move_to(Angle target) override {
     refuse_when_stopped();
+    refuse_when_not_homed();
     if (on_move) on_move(*this);
     ++moves;
     at_ = target;
@@ -45,6 +46,7 @@ class FakeStage final : public devices::RotationStage {
   }
   Angle wait_until_settled(std::chrono::milliseconds) override {
     refuse_when_stopped();
+    refuse_when_not_homed();
     if (failing_readings > 0) {
       --failing_readings;
       throw devices::DeviceError(devices::DeviceErrc::Protocol, name_, "checksum");
@@ -72,6 +74,9 @@ class FakeStage final : public devices::RotationStage {
   bool stopped = false;
 
  private:
+  void refuse_when_not_homed() const {
+    if (homings == 0) throw devices::DeviceError(devices::DeviceErrc::NotHomed, name_, "not homed");
+  }
   void refuse_when_stopped() const {
     if (stopped) throw devices::DeviceError(devices::DeviceErrc::Stopped, name_, "stop is latched");
   }

@@ -1,4 +1,4 @@
-#include "guarded_devices.h"
+#include "gonio/acquisition/guarded_devices.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "fake_rig.h"
-#include "temporary_folder.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -31,17 +30,21 @@ class GuardedDevicesTest : public testing::Test {
   }
   GuardedDevices& devices() {
     if (!devices_) {
-      devices_.emplace(set_, rig_.known.rig, options_, archive_, std::stop_token());
+      devices_.emplace(
+          set_, rig_.known.rig, options_,
+          [this](std::chrono::nanoseconds, const std::string& kind, const std::string&) {
+            notes_.push_back(kind);
+          },
+          std::stop_token());
       devices_->home_all();
     }
     return *devices_;
   }
 
-  TemporaryFolder temporary_;
   FakeRig rig_;
   DeviceSet set_ = rig_.devices();
   SessionOptions options_;
-  SessionWriter archive_{temporary_.path() / "session", {}, {}};
+  std::vector<std::string> notes_;
   std::vector<std::pair<std::string, long>> moves_;  ///< of every stage in order, whole degrees
   std::optional<GuardedDevices> devices_;
 };
@@ -124,6 +127,22 @@ TEST_F(GuardedDevicesTest, CannotGoOnFromWhereItDoesNotKnowItStands) {
     EXPECT_EQ(error.code(), devices::DeviceErrc::Fault) << error.what();
   }
   for (const auto& stage : rig_.stages) EXPECT_TRUE(stage->stopped) << stage->name();
+}
+
+TEST_F(GuardedDevicesTest, TakesOverAxesThatKnowWhereTheyAreWithoutHoming) {
+  for (auto& stage : rig_.stages) stage->home(std::chrono::seconds(1));
+  moves_.clear();
+  GuardedDevices guarded(set_, rig_.known.rig, options_, {}, std::stop_token());
+  guarded.take_over();
+  EXPECT_TRUE(moves_.empty());
+  EXPECT_EQ(guarded.joints(), rig_.known.rig.home());
+  guarded.move_to({100_deg, 10_deg, 20_deg});
+  EXPECT_EQ(guarded.joints(), (rig::Joints{100_deg, 10_deg, 20_deg}));
+}
+
+TEST_F(GuardedDevicesTest, TakesNothingOverThatIsNotHomed) {
+  GuardedDevices guarded(set_, rig_.known.rig, options_, {}, std::stop_token());
+  EXPECT_THROW(guarded.take_over(), devices::DeviceError);
 }
 
 }  // namespace

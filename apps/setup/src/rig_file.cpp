@@ -7,6 +7,7 @@
 #include "config_ranges.h"
 #include "config_reader.h"
 #include "config_writer.h"
+#include "device_keys.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
 #include "keep_out_keys.h"
@@ -72,7 +73,8 @@ std::vector<std::string> axis_names(const rig::RigDescription& rig) {
 void visit_rig(ConfigVisitor& v, RigFile& file) {
   v.table("rig", "The goniometer", [&] {
     v.text("name", file.rig.name, "");
-    v.enumeration("driver", file.driver, {"simulated"}, "");
+    v.enumeration("driver", file.driver, {"simulated", "hardware"},
+                  "a world in this program, or the devices named below");
     const RigFile::Kind kind_before = file.kind;
     v.enumeration("type", file.kind, {"la2", "chains"},
                   "the reference rig, or any by its serial chains");
@@ -109,7 +111,13 @@ void visit_rig(ConfigVisitor& v, RigFile& file) {
     v.flag("use_other_side", file.branches.other_side, "may use the mirrored poses");
   });
   v.table("axis", "", [&] {
-    for (rig::Axis& axis : file.rig.axes) v.table(axis.name, "", [&] { visit_axis(v, axis); });
+    file.devices.axes.resize(file.rig.axes.size());
+    for (std::size_t i = 0; i < file.rig.axes.size(); ++i) {
+      v.table(file.rig.axes[i].name, "", [&] {
+        visit_axis(v, file.rig.axes[i]);
+        if (file.driver == RigFile::Driver::hardware) visit_axis_device(v, file.devices.axes[i]);
+      });
+    }
   });
   if (file.kind == RigFile::Kind::chains) {
     const std::vector<std::string> names = axis_names(file.rig);
@@ -133,34 +141,36 @@ void visit_rig(ConfigVisitor& v, RigFile& file) {
 }
 
 void visit_camera(ConfigVisitor& v, sim::CameraOptions& camera) {
-  v.table("camera", "Sensor and lens of the simulated camera", [&] {
-    v.integer("width_px", camera.width_px, {8, 16384}, "");
-    v.integer("height_px", camera.height_px, {8, 16384}, "");
-    v.enumeration("pixel_format", camera.pixel_format,
-                  {"mono", "bayer_rggb", "bayer_grbg", "bayer_gbrg", "bayer_bggr"}, "");
-    v.number("fx_px", camera.fx_px, kPositive, "focal length over pixel pitch");
-    v.number("fy_px", camera.fy_px, kPositive, "");
-    v.number("cx_px", camera.cx_px, {-1e5, 1e5}, "principal point; pixel centres are whole");
-    v.number("cy_px", camera.cy_px, {-1e5, 1e5}, "");
-    v.number("k1", camera.k1, {-100.0, 100.0}, "distortion (Brown 1971)");
-    v.number("k2", camera.k2, {-100.0, 100.0}, "");
-    v.number("p1", camera.p1, {-10.0, 10.0}, "");
-    v.number("p2", camera.p2, {-10.0, 10.0}, "");
-    v.number("responsivity_e_per_s", camera.responsivity_e_per_s, kPositive,
-             "electrons per second and W/m2/sr");
-    v.number("gain_dn_per_e", camera.dn_per_electron, kPositive, "");
-    v.number("read_noise_e", camera.read_noise_e, kNotNegative, "");
-    v.number("full_well_e", camera.full_well_e, kPositive, "");
-    v.number("black_level_dn", camera.black_level_dn, kNotNegative, "");
-    v.integer("bits", camera.bits, {8, 16}, "");
-    v.number("dark_current_e_per_s", camera.dark_current_e_per_s, kNotNegative, "");
-    v.number("prnu", camera.prnu, kShare, "relative spread of the pixels' response");
-    v.number("dsnu_e", camera.dsnu_e, kNotNegative, "spread of their offsets");
-    v.numbers("vignetting", camera.vignetting, {-1e3, 1e3}, "powers 1, 2, 3 of tan^2 of the angle");
-    v.duration("min_exposure_us", camera.min_exposure, kMicrosecond, kExposure, "");
-    v.duration("max_exposure_us", camera.max_exposure, kMicrosecond, kExposure, "");
-    v.duration("readout_us", camera.readout, kMicrosecond, {0.0, 1e8}, "");
-  });
+  v.table(
+      "camera", "Sensor and lens: of the simulated camera, and nominal without a calibration", [&] {
+        v.integer("width_px", camera.width_px, {8, 16384}, "");
+        v.integer("height_px", camera.height_px, {8, 16384}, "");
+        v.enumeration("pixel_format", camera.pixel_format,
+                      {"mono", "bayer_rggb", "bayer_grbg", "bayer_gbrg", "bayer_bggr"}, "");
+        v.number("fx_px", camera.fx_px, kPositive, "focal length over pixel pitch");
+        v.number("fy_px", camera.fy_px, kPositive, "");
+        v.number("cx_px", camera.cx_px, {-1e5, 1e5}, "principal point; pixel centres are whole");
+        v.number("cy_px", camera.cy_px, {-1e5, 1e5}, "");
+        v.number("k1", camera.k1, {-100.0, 100.0}, "distortion (Brown 1971)");
+        v.number("k2", camera.k2, {-100.0, 100.0}, "");
+        v.number("p1", camera.p1, {-10.0, 10.0}, "");
+        v.number("p2", camera.p2, {-10.0, 10.0}, "");
+        v.number("responsivity_e_per_s", camera.responsivity_e_per_s, kPositive,
+                 "electrons per second and W/m2/sr");
+        v.number("gain_dn_per_e", camera.dn_per_electron, kPositive, "");
+        v.number("read_noise_e", camera.read_noise_e, kNotNegative, "");
+        v.number("full_well_e", camera.full_well_e, kPositive, "");
+        v.number("black_level_dn", camera.black_level_dn, kNotNegative, "");
+        v.integer("bits", camera.bits, {8, 16}, "");
+        v.number("dark_current_e_per_s", camera.dark_current_e_per_s, kNotNegative, "");
+        v.number("prnu", camera.prnu, kShare, "relative spread of the pixels' response");
+        v.number("dsnu_e", camera.dsnu_e, kNotNegative, "spread of their offsets");
+        v.numbers("vignetting", camera.vignetting, {-1e3, 1e3},
+                  "powers 1, 2, 3 of tan^2 of the angle");
+        v.duration("min_exposure_us", camera.min_exposure, kMicrosecond, kExposure, "");
+        v.duration("max_exposure_us", camera.max_exposure, kMicrosecond, kExposure, "");
+        v.duration("readout_us", camera.readout, kMicrosecond, {0.0, 1e8}, "");
+      });
 }
 
 void visit_session(ConfigVisitor& v, RigFile& file) {
@@ -224,6 +234,7 @@ void visit_simulation(ConfigVisitor& v, RigFile& file) {
 
 void visit(ConfigVisitor& v, RigFile& file) {
   visit_rig(v, file);
+  if (file.driver == RigFile::Driver::hardware) visit_devices(v, file.devices);
   visit_camera(v, file.world.camera);
   visit_session(v, file);
   visit_simulation(v, file);
@@ -247,6 +258,13 @@ void check_file(const RigFile& file, const ConfigReader& reader,
     }
   }
   check_keep_outs(file.rig, reader, place);
+  if (file.driver == RigFile::Driver::hardware) {
+    check_devices(file.devices, axis_names(file.rig), reader, place);
+    if (file.session.white == acquisition::WhitePlacement::changer) {
+      refuse("white.placement",
+             "found changer, for which there is no driver, expected in_frame or manual");
+    }
+  }
   const auto validated = [&](const std::string& key, const auto& part) {
     try {
       part();

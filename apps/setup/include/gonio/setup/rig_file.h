@@ -7,13 +7,14 @@
 #include "gonio/acquisition/session.h"
 #include "gonio/instrument/instrument.h"
 #include "gonio/rig/kinematics.h"
+#include "gonio/setup/rig_devices.h"
 #include "gonio/sim/sim_options.h"
 
 namespace gonio::cli {
 
 /// Everything a rig file says, resolved: defaults filled in.
 struct RigFile {
-  enum class Driver { simulated };
+  enum class Driver { simulated, hardware };
   enum class Kind { la2, chains };
 
   Driver driver = Driver::simulated;
@@ -26,7 +27,9 @@ struct RigFile {
   acquisition::SessionOptions session;
   acquisition::ReductionOptions reduction;
   instrument::WhiteReference white;
-  /// The simulated world. Its rig and material are filled in by simulated_world().
+  RigDevices devices;  ///< of a rig whose driver is hardware
+  /// The simulated world, also the one behind an emulated rig's wires. Its rig and material are
+  /// filled in by simulated_world().
   sim::SimOptions world;
   bool white_light = false;  ///< one white lamp channel instead of R, G, B
   Angle tilt_rms =

@@ -8,21 +8,31 @@
 
 namespace gonio::acquisition {
 
-/// The devices of a session behind the rules every path keeps: whatever happens, axes stop and the
-/// shutter closes when this object ends; after a stop request nothing moves, opens or is taken any
-/// more; a device call is repeated only where its error says that this may help.
+/// The devices of a rig behind the rules every path keeps, in a session and by hand: whatever
+/// happens, axes stop and the shutter closes when this object ends; after a stop request nothing
+/// moves, opens or is taken any more; a device call is repeated only where its error says that this
+/// may help.
 ///
+/// State    Nothing moves before home_all() or take_over().
 /// Threads  One; a stop request from any thread stops the axes at once.
 /// Errors   devices::DeviceError; Stopped from every call once a stop has been requested.
 class GuardedDevices {
  public:
+  /// Told what was repeated and why: the time, "retry", the error.
+  using Note =
+      std::function<void(std::chrono::nanoseconds, const std::string&, const std::string&)>;
+
+  /// All that is passed by reference must outlive it. What a caller does not use may be missing
+  /// from `devices`, but for the stages and the clock.
   GuardedDevices(const DeviceSet& devices, const rig::RigDescription& rig,
-                 const SessionOptions& options, SessionWriter& archive, std::stop_token stop);
+                 const SessionOptions& options, Note note, std::stop_token stop);
   ~GuardedDevices();
   GuardedDevices(const GuardedDevices&) = delete;
   GuardedDevices& operator=(const GuardedDevices&) = delete;
 
   void home_all();
+  /// Starts from axes that know where they are, instead of homing. Throws NotHomed.
+  void take_over();
   /// Goes there from where the encoders say the axes are, around keep-outs, each axis approached
   /// from its one side, and returns what the encoders read. After an error the axes stand, armed,
   /// where joints() says, and another move may be tried; when that cannot be had, the error is a
@@ -60,7 +70,7 @@ class GuardedDevices {
   const rig::RigDescription& rig_;
   rig::TravelModel travel_model_;
   const SessionOptions& options_;
-  SessionWriter& archive_;
+  Note note_;
   std::stop_token stop_;
   std::optional<std::uint64_t> last_frame_id_;
   rig::Joints joints_;
