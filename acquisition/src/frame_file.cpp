@@ -1,4 +1,4 @@
-#include "frame_file.h"
+#include "gonio/acquisition/frame_file.h"
 
 #include <fmt/format.h>
 #include <tiffio.h>
@@ -30,9 +30,10 @@ void silence_libtiff() {
 
 }  // namespace
 
-std::string write_frame_file(const std::filesystem::path& path, const devices::Frame& frame) {
+std::string write_frame_file(const std::filesystem::path& path, const devices::Frame& frame,
+                             files::Overwrite overwrite) {
   silence_libtiff();
-  files::AtomicFile file(path);
+  files::AtomicFile file(path, overwrite);
   {
     const Tiff tiff(TIFFOpen(file.temporary_path().c_str(), "w"));
     if (!tiff) throw FileError(path, "write", "libtiff cannot open it");

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "frame_file.h"
+#include "gonio/acquisition/frame_file.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/sha256.h"

@@ -1,4 +1,4 @@
-#include "frame_file.h"
+#include "gonio/acquisition/frame_file.h"
 #include "trial.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

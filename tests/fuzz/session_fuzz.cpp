@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "example_instrument.h"
-#include "frame_file.h"
+#include "gonio/acquisition/frame_file.h"
 #include "gonio/acquisition/reduction.h"
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/instrument/calibration_file.h"

@@ -121,7 +121,7 @@ class Demo {
                         const std::filesystem::path& folder) {
     std::vector<samples::Direction> directions;
     for (const brdf::HalfDiff& angles : chosen) directions.push_back({angles, 0});
-    SimulatedSession session;
+    SessionSetup session;
     session.rig = rig_.file;
     session.instrument = rig_.constants;
     session.plan = plan_poses(rig_.file, inverse_, directions, options_.seed);
@@ -135,7 +135,7 @@ class Demo {
     files::write_text_file(folder / "plan.csv", session.plan_text);
     {
       const PhaseTimer timer(console_, "simulated session");
-      const acquisition::SessionResult result = run_simulated(console_, session, context_.stop);
+      const acquisition::SessionResult result = run_session(console_, session, context_.stop);
       context_.check_stop();
       for (const std::string& warning : result.warnings) console_.warn(warning);
       console_.detail(fmt::format("  {} of {} directions in {} of session time", result.measured,

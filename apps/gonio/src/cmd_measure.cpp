@@ -3,6 +3,7 @@
 
 #include "command.h"
 #include "directions_input.h"
+#include "gonio/brdf/diffuse_models.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
 #include "gonio/setup/simulated_rig.h"
@@ -27,7 +28,35 @@ struct MeasureOptions {
   bool dry_run = false;
   bool skip_unreachable = false;
   bool yes = false;
+  bool simulate = false;
 };
+
+/// What lies on the rig, as far as the program has to know.
+void set_sample(SessionSetup& session, const MeasureOptions& options) {
+  session.simulated = options.simulate || session.rig.driver == RigFile::Driver::simulated;
+  if (!session.simulated) {
+    if (!options.material.empty()) {
+      throw UsageError("--material: what lies on a rig of metal cannot be chosen here",
+                       "--simulate runs the session in a simulated world instead");
+    }
+    if (options.yes && session.rig.session.white == acquisition::WhitePlacement::manual) {
+      throw UsageError("--yes: nobody would mount the white reference",
+                       "leave it out, or measure a white in the frame (white.placement)");
+    }
+    // Only its geometry is looked at, by the check before anything is opened.
+    session.material = {std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)),
+                        brdf::RadiometricScale::si};
+    return;
+  }
+  const std::string material = options.material.empty() ? session.rig.material : options.material;
+  if (material.empty()) {
+    throw UsageError("nothing lies on the simulated rig",
+                     "give --material FILE or --material builtin:NAME");
+  }
+  const NamedMaterial named = named_material(material);
+  session.material = load_sample(named);
+  session.material_name = named.name;
+}
 
 int measure(Context& context, const MeasureOptions& options) {
   const Console& console = context.console;
@@ -39,7 +68,7 @@ int measure(Context& context, const MeasureOptions& options) {
     }
     files::require_creatable(options.out);
   }
-  SimulatedSession session;
+  SessionSetup session;
   session.rig = read_rig_file(options.rig);
   session.instrument = instrument_of(session.rig, options.calibration);
   const rig::Inverse inverse(session.instrument.rig, session.rig.branches);
@@ -55,17 +84,10 @@ int measure(Context& context, const MeasureOptions& options) {
   session.plan_text = std::filesystem::exists(options.plan)
                           ? files::read_text_file(options.plan)
                           : plan_text(session.instrument.rig, session.plan, {}, {options.plan});
-  const std::string material = options.material.empty() ? session.rig.material : options.material;
-  if (material.empty()) {
-    throw UsageError("nothing lies on the simulated rig",
-                     "give --material FILE or --material builtin:NAME");
-  }
-  const NamedMaterial named = named_material(material);
-  session.material = load_sample(named);
-  session.material_name = named.name;
+  set_sample(session, options);
   session.seed = options.seed;
   session.labels = options.labels;
-  if (session.labels.sample_id.empty()) session.labels.sample_id = named.name;
+  if (session.labels.sample_id.empty()) session.labels.sample_id = session.material_name;
   session.archive = options.out;
   session.ask_person = !options.yes;
 
@@ -75,7 +97,7 @@ int measure(Context& context, const MeasureOptions& options) {
                         rig::branch_name(point.pose), point.predicted_s);
   }
   if (options.dry_run) {
-    check_simulated(session);
+    check_session(session);
     context.console.result(text);
     console.say(fmt::format("{} direction(s) on {}, about {}; nothing was moved",
                             session.plan.points.size(), session.instrument.rig.name,
@@ -84,7 +106,7 @@ int measure(Context& context, const MeasureOptions& options) {
   }
   acquisition::SessionResult result;
   try {
-    result = run_simulated(console, session, context.stop);
+    result = run_session(console, session, context.stop);
   } catch (const FileError& error) {
     // A disk that is full. Before there is an archive that is an error like any other.
     if (!std::filesystem::exists(options.out)) throw;
@@ -123,6 +145,8 @@ void add_measure(const Command& root) {
   command.seed(options->seed, "Of the simulated world");
   command.flag("--skip-unreachable", options->skip_unreachable,
                "Leave out directions the rig cannot measure");
+  command.flag("--simulate", options->simulate,
+               "Run in a simulated world although the rig file names devices");
   command.flag("--yes", options->yes, "Do not ask before going on");
   command.on_call(options, measure);
 }

@@ -54,7 +54,7 @@ int check(Context& context, const CheckOptions& options) {
       refused[std::string(rig::to_string(reason))] = cells;
     }
     const nlohmann::ordered_json result = {{"rig", known.rig.name},
-                                           {"driver", "simulated"},
+                                           {"driver", to_string(file.driver)},
                                            {"calibration", known.id},
                                            {"axes", known.rig.axes.size()},
                                            {"closed_form", inverse.closed_form()},

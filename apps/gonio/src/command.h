@@ -63,7 +63,9 @@ class Command {
   void integers(const std::string& name, std::vector<int>& values, int min, int max,
                 const std::string& help) const;
   void number(const std::string& name, double& value, double min, double max,
-              const std::string& help) const;
+              const std::string& help, Need need = Need::optional) const;
+  /// One or several, separated by commas.
+  void numbers(const std::string& name, std::vector<double>& values, const std::string& help) const;
   void seed(std::uint64_t& value, const std::string& help) const;
   void choice(const std::string& name, std::string& value, const std::vector<std::string>& words,
               const std::string& help, Need need = Need::optional) const;
@@ -104,6 +106,13 @@ void add_train(const Command& root);
 void add_plan(const Command& root);
 void add_rig(const Command& root);
 void add_measure(const Command& root);
+void add_devices(const Command& root);
+void add_home(const Command& root);
+void add_jog(const Command& root);
+void add_goto(const Command& root);
+void add_park(const Command& root);
+void add_shutter(const Command& root);
+void add_snap(const Command& root);
 void add_status(const Command& root);
 void add_reduce(const Command& root);
 void add_reconstruct(const Command& root);

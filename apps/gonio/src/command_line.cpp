@@ -99,6 +99,16 @@ void mark(CLI::Option* option, Need need, bool show_default) {
   }
 }
 
+/// A range lets NaN through: it is neither below nor above.
+CLI::Validator is_number() {
+  return {[](const std::string& text) {
+            return std::isfinite(std::strtod(text.c_str(), nullptr))
+                       ? std::string()
+                       : "found " + text + ", expected a number";
+          },
+          ""};
+}
+
 }  // namespace
 
 Command Command::add(const std::string& name, const std::string& description,
@@ -149,14 +159,14 @@ void Command::integers(const std::string& name, std::vector<int>& values, int mi
 }
 
 void Command::number(const std::string& name, double& value, double min, double max,
-                     const std::string& help) const {
-  // A range lets NaN through: it is neither below nor above.
-  const auto is_number = [](const std::string& text) {
-    return std::isnan(std::strtod(text.c_str(), nullptr)) ? "found " + text + ", expected a number"
-                                                          : std::string();
-  };
-  mark(app_->add_option(name, value, help)->check(is_number)->check(CLI::Range(min, max)),
-       Need::optional, value != 0.0);
+                     const std::string& help, Need need) const {
+  mark(app_->add_option(name, value, help)->check(is_number())->check(CLI::Range(min, max)), need,
+       value != 0.0);
+}
+
+void Command::numbers(const std::string& name, std::vector<double>& values,
+                      const std::string& help) const {
+  app_->add_option(name, values, help)->delimiter(',')->check(is_number());
 }
 
 void Command::seed(std::uint64_t& value, const std::string& help) const {
@@ -194,9 +204,11 @@ int run_command_line(int argc, char** argv) {
   app.footer("Start with:\n  gonio demo");
   const Command root(app, context);
   root.require_subcommand();
-  for (const auto add : {add_demo, add_materials, add_train, add_plan, add_rig, add_measure,
-                         add_status, add_reduce, add_reconstruct, add_sample, add_evaluate,
-                         add_compare, add_convert, add_render, add_report, add_completion}) {
+  for (const auto add :
+       {add_demo,    add_materials, add_train,  add_plan,        add_rig,       add_measure,
+        add_devices, add_home,      add_jog,    add_goto,        add_park,      add_shutter,
+        add_snap,    add_status,    add_reduce, add_reconstruct, add_sample,    add_evaluate,
+        add_compare, add_convert,   add_render, add_report,      add_completion}) {
     add(root);
   }
   try {

@@ -3,9 +3,11 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <string_view>
 
 #include "command.h"
 #include "gonio/console/printable.h"
+#include "watchdog.h"
 
 namespace {
 
@@ -21,6 +23,9 @@ void hold_standard_descriptors() {
 
 int main(int argc, char** argv) {
   hold_standard_descriptors();
+  if (argc == 2 && std::string_view(argv[1]) == gonio::cli::kWatchdogArgument) {
+    return gonio::cli::run_watchdog();
+  }
   // A reader that goes away ("gonio plan | head") is an error to report, not a reason to die.
   std::signal(SIGPIPE, SIG_IGN);
   // So is a limit on the size of files (`ulimit -f`): writing then fails like on a full disk.

@@ -5,13 +5,15 @@
 
 #include <ctime>
 #include <iostream>
+#include <memory>
+#include <optional>
 
 #include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/setup/simulated_rig.h"
-#include "gonio/sim/sim_goniometer.h"
 #include "gonio/version/version.h"
+#include "opened_rig.h"
 
 namespace gonio::cli {
 namespace {
@@ -20,15 +22,16 @@ constexpr const char* kRigText = "rig.toml";
 constexpr const char* kPlanText = "plan.csv";
 constexpr const char* kCalibrationText = "calibration.json";
 
-/// A person at the terminal, who changes the target of the simulated rig.
+/// A person at the terminal, who changes the target. On a simulated rig what he does is done to its
+/// world as well.
 class AskingChanger final : public devices::TargetChanger {
  public:
-  explicit AskingChanger(devices::TargetChanger& changer) : changer_(changer) {}
+  explicit AskingChanger(devices::TargetChanger* simulated) : simulated_(simulated) {}
 
   const std::string& name() const override { return name_; }
-  devices::Target mounted() const override { return changer_.mounted(); }
+  devices::Target mounted() const override { return mounted_; }
   void mount(devices::Target target) override {
-    if (changer_.mounted() == target) return;
+    if (mounted_ == target) return;
     fmt::print(stderr, "Mount the {}, then press Enter (q and Enter to give up): ",
                target == devices::Target::white ? "white reference" : "sample");
     std::string answer;
@@ -36,44 +39,53 @@ class AskingChanger final : public devices::TargetChanger {
       throw devices::DeviceError(devices::DeviceErrc::Stopped, name_,
                                  "nobody confirmed that the target was changed");
     }
-    changer_.mount(target);
+    if (simulated_ != nullptr) simulated_->mount(target);
+    mounted_ = target;
   }
 
  private:
-  devices::TargetChanger& changer_;
+  devices::TargetChanger* simulated_;
+  devices::Target mounted_ = devices::Target::sample;
   std::string name_ = "operator";
 };
 
-acquisition::SessionMetadata metadata_of(const SimulatedSession& session,
-                                         const std::string& calibration,
-                                         const devices::CameraInfo& camera,
-                                         const std::vector<devices::LightChannel>& channels) {
+acquisition::SessionMetadata metadata_of(const SessionSetup& session,
+                                         const std::string& calibration, OpenedRig& rig) {
+  const devices::CameraInfo camera = rig.devices().camera->info();
   std::string lamp;
-  for (const devices::LightChannel& channel : channels) {
+  for (const devices::LightChannel& channel : rig.devices().light->channels()) {
     lamp +=
         fmt::format("{}{} {:g} nm", lamp.empty() ? "" : ", ", channel.name, channel.wavelength_nm);
   }
-  return {{"sample_id", session.labels.sample_id},
-          {"operator", session.labels.operator_name},
-          {"note", session.labels.note},
-          {"software", std::string("gonio ") + version()},
-          {"revision", revision()},
-          {"rig", session.rig.rig.name},
-          {"driver", "simulated"},
-          {"simulated_material", session.material_name},
-          {"radiometric_scale", std::string(brdf::to_string(session.material.scale))},
-          {"seed", std::to_string(session.seed)},
-          {"camera", camera.model + " " + camera.serial},
-          {"lamp_channels", lamp},
-          {"calibration", session.instrument.id},
-          {"calibration_sha256", files::sha256_of_bytes(calibration)},
-          {"plan_sha256", files::sha256_of_bytes(session.plan_text)},
-          {"white_reference", session.instrument.white.id},
-          {"provenance_started_utc",
-           fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
+  acquisition::SessionMetadata metadata{
+      {"sample_id", session.labels.sample_id},
+      {"operator", session.labels.operator_name},
+      {"note", session.labels.note},
+      {"software", std::string("gonio ") + version()},
+      {"revision", revision()},
+      {"rig", session.rig.rig.name},
+      {"driver", session.simulated ? "simulated" : "hardware"},
+      {"radiometric_scale", std::string(brdf::to_string(session.material.scale))},
+      {"camera", camera.model + " " + camera.serial},
+      {"lamp_channels", lamp},
+      {"calibration", session.instrument.id},
+      {"calibration_sha256", files::sha256_of_bytes(calibration)},
+      {"plan_sha256", files::sha256_of_bytes(session.plan_text)},
+      {"white_reference", session.instrument.white.id},
+      {"provenance_started_utc",
+       fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
+  if (session.simulated) {
+    metadata["simulated_material"] = session.material_name;
+    metadata["seed"] = std::to_string(session.seed);
+  } else {
+    for (const DeviceIdentity& each : rig.identities()) {
+      metadata["device_" + each.device] = each.identity;
+    }
+  }
+  return metadata;
 }
 
-void check(const acquisition::DeviceSet& devices, const SimulatedSession& session) {
+void check(const acquisition::DeviceSet& devices, const SessionSetup& session) {
   try {
     acquisition::check_before_motion(devices, session.instrument, session.plan,
                                      session.rig.session);
@@ -82,47 +94,55 @@ void check(const acquisition::DeviceSet& devices, const SimulatedSession& sessio
   }
 }
 
-sim::SimGoniometer world_of(const SimulatedSession& session) {
-  return sim::SimGoniometer(simulated_world(session.rig, session.material.model, session.seed));
+std::unique_ptr<OpenedRig> open_simulated(const SessionSetup& session) {
+  return open_simulated_rig(simulated_world(session.rig, session.material.model, session.seed));
+}
+
+/// With the changer that the white's placement asks for. `person` must outlive what is returned.
+acquisition::DeviceSet with_changer(acquisition::DeviceSet devices, const SessionSetup& session,
+                                    AskingChanger& person) {
+  const bool manual = session.rig.session.white == acquisition::WhitePlacement::manual;
+  if (manual && (session.ask_person || !session.simulated)) devices.changer = &person;
+  return devices;
 }
 
 }  // namespace
 
-void check_simulated(const SimulatedSession& session) {
-  sim::SimGoniometer world = world_of(session);
-  check(devices_of(world), session);
+void check_session(const SessionSetup& session) {
+  const auto rig = open_simulated(session);
+  check(rig->devices(), session);
 }
 
-acquisition::SessionResult run_simulated(const Console& console, const SimulatedSession& session,
-                                         std::stop_token stop) {
-  sim::SimGoniometer world = world_of(session);
-  acquisition::DeviceSet devices = devices_of(world);
-  AskingChanger person(world.target_changer());
-  if (session.ask_person && session.rig.session.white == acquisition::WhitePlacement::manual) {
-    devices.changer = &person;
-  }
+acquisition::SessionResult run_session(const Console& console, const SessionSetup& session,
+                                       std::stop_token stop) {
+  // What can be refused is refused before a device is opened.
+  if (!session.simulated) check_session(session);
+  const auto rig =
+      session.simulated ? open_simulated(session) : open_hardware_rig(session.rig, Parts::all);
+  AskingChanger person(rig->devices().changer);
+  const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
   check(devices, session);
   const std::string calibration = instrument::to_json(session.instrument);
   Progress progress(console, "measuring");
+  const std::optional<double> time_scale =
+      session.simulated ? session.rig.world.time_scale : std::optional(rig->time_scale());
   const auto show = [&](const acquisition::SessionProgress& now) {
     const double whole = now.elapsed_s + now.remaining_s;
     const std::string words =
         now.phase == "point" ? fmt::format("point {} of {}", now.done + 1, now.total) : now.phase;
-    // The time left is the session's own; a simulated one passes it much faster.
-    if (session.rig.world.time_scale) {
+    // The time left is the session's own; one in a world at no pace passes it much faster.
+    if (time_scale) {
       progress.update(whole > 0.0 ? now.elapsed_s / whole : 0.0, words,
-                      now.remaining_s / *session.rig.world.time_scale);
+                      now.remaining_s / *time_scale);
     } else {
       progress.update(now.total > 0 ? static_cast<double>(now.done) / now.total : 0.0, words);
     }
     console.detail(fmt::format("  {:8.1f} s  {}", now.elapsed_s, words));
   };
-  acquisition::SessionWriter archive(
-      session.archive,
-      metadata_of(session, calibration, devices.camera->info(), devices.light->channels()),
-      {{kRigText, rig_file_text(session.rig, false)},
-       {kPlanText, session.plan_text},
-       {kCalibrationText, calibration}});
+  acquisition::SessionWriter archive(session.archive, metadata_of(session, calibration, *rig),
+                                     {{kRigText, rig_file_text(session.rig, false)},
+                                      {kPlanText, session.plan_text},
+                                      {kCalibrationText, calibration}});
   return acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
                                   archive, show, std::move(stop));
 }

@@ -19,27 +19,30 @@ struct SessionLabels {
   std::string note;
 };
 
-/// A session on the simulated rig.
-struct SimulatedSession {
+/// A session to run, on the simulated rig or on one of metal.
+struct SessionSetup {
   RigFile rig;
   instrument::Instrument instrument;
   acquisition::MeasurementPlan plan;
   std::string plan_text;  ///< stored as it was given
-  SampleMaterial material;
+  /// Runs in a world in this process, also where the rig file names devices.
+  bool simulated = true;
+  SampleMaterial material;  ///< lies on a simulated rig
   std::string material_name;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1;  ///< of the simulated world
   SessionLabels labels;
   std::filesystem::path archive;  ///< folder to create
   bool ask_person = false;        ///< white placement manual: ask at the terminal
 };
 
-/// The check before anything moves, alone. Throws UsageError.
-void check_simulated(const SimulatedSession& session);
+/// The check before anything moves, alone, on a simulated rig even for one of metal: nothing is
+/// opened. Throws UsageError.
+void check_session(const SessionSetup& session);
 
 /// Checks and runs it; progress goes to the console. A session that is refused before anything
 /// moved leaves no archive and throws UsageError.
-acquisition::SessionResult run_simulated(const Console& console, const SimulatedSession& session,
-                                         std::stop_token stop = {});
+acquisition::SessionResult run_session(const Console& console, const SessionSetup& session,
+                                       std::stop_token stop = {});
 
 /// A finished or killed session with what it was made with.
 struct StoredSession {

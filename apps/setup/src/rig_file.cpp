@@ -296,6 +296,10 @@ void check_file(const RigFile& file, const ConfigReader& reader,
 
 }  // namespace
 
+std::string_view to_string(RigFile::Driver driver) {
+  return driver == RigFile::Driver::simulated ? "simulated" : "hardware";
+}
+
 RigFile default_rig_file() {
   RigFile file;
   file.rig = rig::la2(file.camera_distance_mm, file.lamp_distance_mm);

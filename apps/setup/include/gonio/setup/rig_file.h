@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "gonio/acquisition/reduction.h"
 #include "gonio/acquisition/session.h"
@@ -39,6 +40,8 @@ struct RigFile {
 
   std::filesystem::path path;  ///< the file; empty for the built-in default
 };
+
+std::string_view to_string(RigFile::Driver driver);  ///< as the rig file calls it
 
 /// The rig that is used when no rig file is given.
 RigFile default_rig_file();

@@ -1,0 +1,97 @@
+#include "hands_on.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "gonio/console/suggest.h"
+#include "gonio/rig/paths.h"
+#include "json_text.h"
+
+namespace gonio::cli {
+
+void add_hands_on_options(const Command& command, HandsOnOptions& options, bool may_home) {
+  command.text("RIG", options.rig, "Rig file", Need::required);
+  command.text("--calibration", options.calibration, "Instrument constants");
+  if (may_home) command.flag("--home", options.home, "Home all axes first");
+  command.flag("--json", options.json, "Print JSON");
+}
+
+HandsOn::HandsOn(Context& context, const HandsOnOptions& options, Parts parts)
+    : context_(context),
+      options_(options),
+      known_(known_rig(options.rig, options.calibration)),
+      opened_(open_rig(known_.file, parts)) {
+  const auto note = [&console = context.console](std::chrono::nanoseconds, const std::string& kind,
+                                                 const std::string& text) {
+    console.warn(kind + ": " + text);
+  };
+  guarded_.emplace(opened_->devices(), known_.constants.rig, known_.file.session, note,
+                   context.stop);
+}
+
+void HandsOn::make_ready() {
+  if (options_.home) {
+    context_.console.say("homing");
+    guarded_->home_all();
+    return;
+  }
+  try {
+    guarded_->take_over();
+  } catch (const devices::DeviceError& error) {
+    if (error.code() != devices::DeviceErrc::NotHomed) throw;
+    throw UsageError(
+        error.what(),
+        known_.file.driver == RigFile::Driver::hardware
+            ? fmt::format("`gonio home {}` homes all axes; --home does it first", options_.rig)
+            : "a simulated rig is new with every command: --home homes it first");
+  }
+}
+
+void HandsOn::move_to(const rig::Joints& target) {
+  const rig::RigDescription& rig = known_.constants.rig;
+  for (std::size_t i = 0; i < target.size(); ++i) {
+    const rig::Axis& axis = rig.axes[i];
+    if (target[i] >= axis.min && target[i] <= axis.max) continue;
+    throw UsageError(fmt::format("{}: found {:g} deg, expected {:g} to {:g} deg", axis.name,
+                                 target[i].degrees(), axis.min.degrees(), axis.max.degrees()));
+  }
+  if (const auto box = rig::keep_out_at(rig, target, rig::kPlanningMargin)) {
+    throw UsageError(fmt::format("that pose lies in the keep-out \"{}\"", *box));
+  }
+  const rig::TravelModel travel(rig);
+  if (const auto route = travel.route(guarded_->joints(), target)) {
+    context_.console.detail(fmt::format("about {}", duration_text(route->seconds)));
+  }
+  guarded_->move_to(target);
+}
+
+std::size_t HandsOn::axis(const std::string& name) const {
+  std::vector<std::string> names;
+  for (const rig::Axis& axis : known_.constants.rig.axes) {
+    if (axis.name == name) return names.size();
+    names.push_back(axis.name);
+  }
+  throw UsageError(
+      fmt::format("{}: found no axis \"{}\"{}", options_.rig, name, did_you_mean(name, names)));
+}
+
+void HandsOn::print_joints() const {
+  const rig::RigDescription& rig = known_.constants.rig;
+  const rig::Joints& joints = guarded_->joints();
+  if (options_.json) {
+    nlohmann::ordered_json result;
+    for (std::size_t i = 0; i < joints.size(); ++i) {
+      result[rig.axes[i].name + "_deg"] = joints[i].degrees();
+    }
+    context_.console.result(json_text(result));
+    return;
+  }
+  std::string text;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    text += fmt::format("{:<16} {:10.4f} deg\n", rig.axes[i].name, joints[i].degrees());
+  }
+  context_.console.result(text);
+}
+
+}  // namespace gonio::cli

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "gonio/acquisition/session.h"
+#include "gonio/setup/rig_file.h"
+#include "gonio/sim/sim_options.h"
+
+namespace gonio::cli {
+
+/// What one device says it is.
+struct DeviceIdentity {
+  std::string device;    ///< as the rig file names it: "tilt", "lamp", "camera"
+  std::string identity;  ///< model, serial number, firmware, as far as it tells; one line
+};
+
+/// Which devices a command needs open. Axes and lamp always come, so that it can end safely.
+enum class Parts {
+  axes_and_lamp,  ///< to move by hand
+  all             ///< with camera and monitor
+};
+
+/// The devices of a rig, open and owned.
+///
+/// State    Closing it, by whatever way, stops the axes and closes the shutter. While the devices
+/// of
+///          a rig of metal are open, a watchdog process does the same should this one be killed.
+class OpenedRig {
+ public:
+  virtual ~OpenedRig() = default;
+  OpenedRig(const OpenedRig&) = delete;
+  OpenedRig& operator=(const OpenedRig&) = delete;
+
+  virtual const acquisition::DeviceSet& devices() = 0;
+  virtual std::vector<DeviceIdentity> identities() = 0;
+  /// Session seconds in one of the host's; other than 1 for emulated rigs only.
+  virtual double time_scale() const { return 1.0; }
+
+ protected:
+  OpenedRig() = default;
+};
+
+/// A world in this process.
+std::unique_ptr<OpenedRig> open_simulated_rig(const sim::SimOptions& world);
+
+/// The devices that a rig file with driver "hardware" names. Throws devices::DeviceError naming the
+/// one that does not answer, UsageError for one whose library this program was built without.
+std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts);
+
+/// Either, by the rig's driver; a simulated one holds a plain grey plate and comes from `seed`.
+std::unique_ptr<OpenedRig> open_rig(const RigFile& rig, Parts parts, std::uint64_t seed = 1);
+
+/// Opens what it can of a hardware rig's axes and lamp and stops it, all at the same time; for the
+/// watchdog. One line for every device that could not be stopped.
+std::vector<std::string> stop_hardware_rig(const RigFile& rig);
+
+}  // namespace gonio::cli
