@@ -53,7 +53,7 @@ SimCamera::SimCamera(const SimOptions& options, const CameraView& view)
       ambient_radiance_(options.scene.ambient_radiance),
       view_(view),
       renderer_(options),
-      sensor_(options.camera, options.seed) {}
+      sensor_(options.camera, options.seed, options.noise_seed.value_or(options.seed)) {}
 
 devices::CameraInfo SimCamera::info() const {
   devices::CameraInfo info;

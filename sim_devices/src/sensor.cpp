@@ -27,8 +27,8 @@ std::uint16_t saturation_level(const CameraOptions& options) {
 
 }  // namespace
 
-Sensor::Sensor(const CameraOptions& options, std::uint64_t seed)
-    : options_(options), seed_(seed), saturation_level_dn_(saturation_level(options)) {
+Sensor::Sensor(const CameraOptions& options, std::uint64_t seed, std::uint64_t noise_seed)
+    : options_(options), noise_seed_(noise_seed), saturation_level_dn_(saturation_level(options)) {
   const auto pixels =
       static_cast<std::size_t>(options.width_px) * static_cast<std::size_t>(options.height_px);
   gain_.resize(pixels);
@@ -52,8 +52,8 @@ Sensor::Sensor(const CameraOptions& options, std::uint64_t seed)
 
 std::vector<std::uint16_t> Sensor::expose(std::span<const double> electron_rates, double seconds,
                                           std::uint64_t frame) const {
-  const random::Key shot_key = random::make_key(seed_, "camera.shot_noise", frame);
-  const random::Key read_key = random::make_key(seed_, "camera.read_noise", frame);
+  const random::Key shot_key = random::make_key(noise_seed_, "camera.shot_noise", frame);
+  const random::Key read_key = random::make_key(noise_seed_, "camera.read_noise", frame);
   const double top = largest_dn(options_);
   std::vector<std::uint16_t> pixels(electron_rates.size());
   parallel::for_each_block(

@@ -14,7 +14,8 @@ namespace gonio::sim {
 /// Source   The linear camera model of EMVA Standard 1288, release 4.0, section 2.
 class Sensor {
  public:
-  Sensor(const CameraOptions& options, std::uint64_t seed);
+  /// `seed` is the sensor's own, its fixed pattern; `noise_seed` that of its temporal noise.
+  Sensor(const CameraOptions& options, std::uint64_t seed, std::uint64_t noise_seed);
 
   /// `electron_rates`  Electrons per second and pixel from light, without the fixed pattern.
   /// `frame`           Names the noise: the same frame of the same seed is the same to the byte.
@@ -25,7 +26,7 @@ class Sensor {
 
  private:
   CameraOptions options_;
-  std::uint64_t seed_;
+  std::uint64_t noise_seed_;
   std::uint16_t saturation_level_dn_;
   std::vector<float> gain_;  ///< 1 + prnu
   std::vector<float> dark_e_per_s_;

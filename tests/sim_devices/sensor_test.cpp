@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "worlds.h"
 
@@ -191,6 +192,26 @@ TEST(SimSensor, FixedPatternOfTheOffsetIsTheSameInEveryFrame) {
   // 4.68 DN, and a twelfth of a DN^2 of rounding
   EXPECT_NEAR(spatial_sigma(mean_of_frames(world, 1ms, 1)), std::sqrt(4.68 * 4.68 + 1.0 / 12.0),
               0.05);
+}
+
+TEST(SimSensor, AnotherNoiseSeedIsAnotherSessionWithTheSameSensor) {
+  SimOptions options = even_plate();
+  options.camera.dsnu_e = 20.0;
+  options.camera.read_noise_e = 2.0;
+  const auto dark = [&](std::optional<std::uint64_t> noise_seed) {
+    options.noise_seed = noise_seed;
+    return SimGoniometer(options).camera().capture(1ms).pixels_dn;
+  };
+  const auto day = dark(std::nullopt);
+  EXPECT_EQ(day, dark(options.seed));
+  const auto other_day = dark(2);
+  double squares = 0.0;
+  for (std::size_t pixel = 0; pixel < day.size(); ++pixel) {
+    squares += std::pow(static_cast<double>(day[pixel]) - other_day[pixel], 2.0);
+  }
+  // Read noise and rounding of two frames are left; the pattern, ten times that, is not.
+  const double noise_dn2 = 2.0 * (std::pow(2.0 * kGain, 2.0) + 1.0 / 12.0);
+  EXPECT_NEAR(squares / static_cast<double>(day.size()) / noise_dn2, 1.0, kFourSigmasOfVariance);
 }
 
 TEST(SimSensor, VignettingFollowsItsPolynomialByFieldAngle) {

@@ -175,6 +175,9 @@ struct SimOptions {
   SceneOptions scene;
   std::chrono::milliseconds change_time{20000};  ///< of the target changer
   std::uint64_t seed = 1;
+  /// Of what differs from session to session on one rig: shot and read noise, monitor readings.
+  /// None: the seed.
+  std::optional<std::uint64_t> noise_seed;
   std::optional<double> time_scale;  ///< real pace, see VirtualClock
   bool runs_by_itself = false;       ///< time passes without anybody waiting; needs a time scale
 
