@@ -1,0 +1,83 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "gonio/apt_stage/apt_model.h"
+#include "gonio/devices/clock.h"
+#include "gonio/devices/rotation_stage.h"
+#include "gonio/devices/stage_gate.h"
+#include "gonio/usb_bus/byte_stream.h"
+
+namespace gonio::apt_stage {
+
+class AptLink;
+
+/// A rotation stage that speaks the APT protocol.
+///
+/// Frame    Joint angle = home angle + (reversed ? -1 : 1) * position / steps_per_deg: the unit
+///          counts from its home mark.
+/// State    The constructor identifies the unit, enables its motor and sets its speed. Unplugged or
+///          switched off and on it counts as not homed; home() looks for an unplugged one again by
+///          its serial, for at most kReconnect.
+/// Settled  Completed (told so, or the settled bit), not moving, and within in_position_deg of
+///          the target; then AxisSetup::settle on the session's clock.
+/// stop()   Sends the unit's immediate stop: at most one transfer's deadline, whatever the
+///          controlling thread waits for. rearm() makes sure that it was obeyed.
+/// Time     Timeouts of home() and wait_until_settled() are the session clock's; deadlines of
+///          questions the host's.
+/// Errors   Beside those of RotationStage: Disconnected (then home() again); Timeout and Protocol
+///          of questions, after three attempts; Fault for an alarm bit, a limit switch away from
+///          the home mark, and a stop that was ignored; NotHomed when the unit lost its homed bit.
+class AptStage final : public devices::RotationStage {
+ public:
+  static constexpr std::chrono::milliseconds kReconnect{3000};  ///< host time
+
+  /// `clock` must outlive it. Throws std::invalid_argument for a set-up the model cannot do, and
+  /// DeviceError: Protocol when the unit is another model or does not take its settings.
+  AptStage(std::shared_ptr<usb_bus::ByteStream> port, devices::AxisSetup setup, AptModel model,
+           bool reversed, devices::Clock& clock);
+  ~AptStage() override;
+
+  const std::string& name() const override { return gate_.name(); }
+  devices::JointLimits limits() const override { return gate_.limits(); }
+  void home(std::chrono::milliseconds timeout) override;
+  void begin_move_to(Angle target) override;
+  Angle wait_until_settled(std::chrono::milliseconds timeout) override;
+  void stop() noexcept override;
+  void rearm() override;
+
+  /// Who it is: for the session's metadata and `gonio devices`.
+  const HardwareInfo& identity() const { return identity_; }
+
+ private:
+  using Time = devices::Clock::Duration;
+
+  void identify();
+  void set_up();
+  void reconnect();
+  StatusUpdate checked_status();
+  void require_no_alarm(const StatusUpdate& status) const;
+  void wait_for_home(Time deadline, std::chrono::milliseconds timeout);
+  void wait_for_arrival(Time deadline, std::chrono::milliseconds timeout);
+  void wait_for_settling(Time deadline, std::chrono::milliseconds timeout);
+  void pause() const;
+  std::int32_t steps_at(Angle joint) const;
+  Angle joint_at(std::int32_t steps) const;
+  double distance_deg(const StatusUpdate& status, std::int32_t target) const;
+  template <class Act>
+  auto losing_home(Act act);
+
+  devices::AxisSetup setup_;
+  AptModel model_;
+  double direction_;
+  devices::Clock& clock_;
+  devices::StageGate gate_;
+  std::unique_ptr<AptLink> link_;
+  HardwareInfo identity_;
+  std::optional<std::int32_t> target_;  ///< of the move under way or done, steps
+  std::optional<Time> settled_at_;      ///< once it has arrived
+};
+
+}  // namespace gonio::apt_stage

@@ -1,0 +1,96 @@
+#include "apt_link.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+namespace gonio::apt_stage {
+
+using devices::DeviceErrc;
+using devices::DeviceError;
+using Wall = std::chrono::steady_clock;
+
+Message AptLink::ask(const Bytes& question, MessageId answer) {
+  for (int attempt = 1;; ++attempt) {
+    try {
+      return ask_once(question, answer);
+    } catch (const DeviceError& error) {
+      const bool may_help =
+          error.code() == DeviceErrc::Timeout || error.code() == DeviceErrc::Protocol;
+      if (!may_help || attempt == kAttempts) throw;
+      resynchronise();
+    }
+  }
+}
+
+Message AptLink::ask_once(const Bytes& question, MessageId answer) {
+  while (receive(std::chrono::milliseconds(0))) {
+  }
+  while (next()) {
+  }
+  const std::size_t skipped = decoder_.skipped();
+  port_->write(question);
+  const Wall::time_point end = Wall::now() + kAnswer;
+  do {
+    receive(std::chrono::ceil<std::chrono::milliseconds>(end - Wall::now()));
+    while (const std::optional<Message> message = next()) {
+      if (message->is(answer)) return *message;
+    }
+  } while (Wall::now() < end);
+  const std::size_t broken = decoder_.pending() + decoder_.skipped() - skipped;
+  const auto id = static_cast<unsigned>(answer);
+  if (broken == 0) {
+    throw DeviceError(DeviceErrc::Timeout, port_->name(),
+                      fmt::format("no answer {:#06x} within {} ms; is the stage switched on?", id,
+                                  kAnswer.count()));
+  }
+  throw DeviceError(DeviceErrc::Protocol, port_->name(),
+                    fmt::format("{} bytes came that are no whole answer {:#06x}", broken, id));
+}
+
+StatusUpdate AptLink::ask_status() {
+  const Message answer = ask(request_status(), MessageId::MOT_GET_DCSTATUSUPDATE);
+  if (unacknowledged_ >= kAcknowledgeAfter) {
+    send(acknowledge_status());
+    unacknowledged_ = 0;
+  }
+  return status_update(answer).value();  // its length was checked by the decoder
+}
+
+void AptLink::forget() {
+  while (receive(std::chrono::milliseconds(0))) {
+  }
+  while (next()) {
+  }
+  notices_ = {};
+}
+
+void AptLink::reset() {
+  decoder_.clear();
+  notices_ = {};
+  unacknowledged_ = 0;
+}
+
+bool AptLink::receive(std::chrono::milliseconds deadline) {
+  std::array<std::uint8_t, 512> bytes{};
+  const std::size_t count = port_->read(bytes, std::max(deadline, std::chrono::milliseconds(0)));
+  decoder_.feed(std::span(bytes).first(count));
+  return count > 0;
+}
+
+std::optional<Message> AptLink::next() {
+  std::optional<Message> message = decoder_.next();
+  if (!message) return message;
+  if (message->is(MessageId::MOT_MOVE_HOMED)) notices_.homed = true;
+  if (message->is(MessageId::MOT_MOVE_COMPLETED)) notices_.completed = true;
+  if (message->is(MessageId::MOT_MOVE_STOPPED)) notices_.stopped = true;
+  if (status_update(*message)) ++unacknowledged_;
+  return message;
+}
+
+void AptLink::resynchronise() {
+  port_->purge();
+  decoder_.clear();
+}
+
+}  // namespace gonio::apt_stage

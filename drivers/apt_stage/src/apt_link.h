@@ -1,0 +1,62 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "gonio/apt_stage/apt_decoder.h"
+#include "gonio/usb_bus/byte_stream.h"
+
+namespace gonio::apt_stage {
+
+/// Questions and answers with one unit, and what it says unasked.
+///
+/// Retries  A question is asked up to kAttempts times when no answer or a broken one comes; what
+///          moves is sent once.
+/// Threads  send() from any thread; the rest belongs to the controlling one.
+class AptLink {
+ public:
+  static constexpr int kAttempts = 3;
+  static constexpr std::chrono::milliseconds kAnswer{250};  ///< for one answer, host time
+  /// The unit falls silent after 50 status messages without an acknowledgement (issue 25,
+  /// MOT_ACK_DCSTATUSUPDATE).
+  static constexpr int kAcknowledgeAfter = 10;
+
+  /// What came unasked since forget().
+  struct Notices {
+    bool homed = false;
+    bool completed = false;
+    bool stopped = false;
+  };
+
+  explicit AptLink(std::shared_ptr<usb_bus::ByteStream> port) : port_(std::move(port)) {}
+
+  usb_bus::ByteStream& port() { return *port_; }
+
+  void send(const Bytes& bytes) { port_->write(bytes); }
+
+  /// Throws Timeout (nothing came), Protocol (something broken did), Disconnected.
+  Message ask(const Bytes& question, MessageId answer);
+  StatusUpdate ask_status();
+
+  /// Reads what has come and forgets all notices, so that what is told from now on belongs to the
+  /// command that follows.
+  void forget();
+  const Notices& notices() const { return notices_; }
+
+  /// After a reconnection nothing of what was half read is left.
+  void reset();
+
+ private:
+  Message ask_once(const Bytes& question, MessageId answer);
+  bool receive(std::chrono::milliseconds deadline);
+  std::optional<Message> next();
+  void resynchronise();
+
+  std::shared_ptr<usb_bus::ByteStream> port_;
+  AptDecoder decoder_;
+  Notices notices_;
+  int unacknowledged_ = 0;
+};
+
+}  // namespace gonio::apt_stage

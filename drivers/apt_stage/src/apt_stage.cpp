@@ -1,0 +1,322 @@
+#include "gonio/apt_stage/apt_stage.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include "apt_link.h"
+
+namespace gonio::apt_stage {
+
+using devices::DeviceErrc;
+using devices::DeviceError;
+
+namespace {
+
+// Between two questions about a move; session time, so that a fast emulated rig is asked as often
+// as it moves.
+constexpr std::chrono::milliseconds kPollPause{10};
+// A stopped axis stands after its braking time; this much longer it is believed.
+constexpr std::chrono::milliseconds kStopPatience{1000};
+
+devices::Clock::Duration deadline_after(const devices::Clock& clock,
+                                        std::chrono::milliseconds timeout) {
+  constexpr auto kLongest = std::chrono::milliseconds(std::chrono::hours(24 * 365));
+  return clock.now() + std::clamp(timeout, std::chrono::milliseconds(0), kLongest);
+}
+
+std::int32_t in_units(double value, const char* what, const std::string& axis) {
+  const double rounded = std::round(value);
+  if (!(std::abs(rounded) <= std::numeric_limits<std::int32_t>::max())) {
+    throw std::invalid_argument(
+        fmt::format("axis {}: {}: {} units do not fit the stage's counter", axis, what, value));
+  }
+  return static_cast<std::int32_t>(rounded);
+}
+
+}  // namespace
+
+AptStage::AptStage(std::shared_ptr<usb_bus::ByteStream> port, devices::AxisSetup setup,
+                   AptModel model, bool reversed, devices::Clock& clock)
+    : setup_(std::move(setup)),
+      model_(std::move(model)),
+      direction_(reversed ? -1.0 : 1.0),
+      clock_(clock),
+      gate_(setup_.name, setup_.limits),
+      link_(std::make_unique<AptLink>(std::move(port))) {
+  setup_.validate();
+  model_.validate();
+  const auto at_most = [&](const char* field, double value, double most) {
+    if (value > most) {
+      throw std::invalid_argument(fmt::format("axis {}: {}: found {}, expected at most {} ({})",
+                                              setup_.name, field, value, most, model_.name));
+    }
+  };
+  at_most("max_speed_deg_per_s", setup_.max_speed_deg_per_s, model_.max_speed_deg_per_s);
+  at_most("acceleration_deg_per_s2", setup_.acceleration_deg_per_s2,
+          model_.max_acceleration_deg_per_s2);
+  steps_at(setup_.limits.min);  // both ends must be countable
+  steps_at(setup_.limits.max);
+  identify();
+  set_up();
+}
+
+AptStage::~AptStage() = default;
+
+void AptStage::identify() {
+  // In this order at every start: the unit learns whom it talks to, then says nothing unasked.
+  link_->send(short_message(MessageId::HW_NO_FLASH_PROGRAMMING));
+  link_->send(short_message(MessageId::HW_STOP_UPDATEMSGS));
+  const HardwareInfo found =
+      hardware_info(link_->ask(short_message(MessageId::HW_REQ_INFO), MessageId::HW_GET_INFO))
+          .value();
+  if (found.model != model_.name) {
+    throw DeviceError(DeviceErrc::Protocol, name(),
+                      fmt::format("found a {} (serial {}), expected a {}; correct the rig file",
+                                  found.model, found.serial, model_.name));
+  }
+  if (identity_.serial != 0 && found.serial != identity_.serial) {
+    throw DeviceError(DeviceErrc::Protocol, name(),
+                      fmt::format("serial {} came back as {}; plug the right stage in",
+                                  identity_.serial, found.serial));
+  }
+  identity_ = found;
+}
+
+void AptStage::set_up() {
+  const auto velocity = [&](double deg_per_s) {
+    return in_units(deg_per_s * model_.velocity_per_deg_s, "velocity", name());
+  };
+  VelocityParams params;
+  params.acceleration = in_units(setup_.acceleration_deg_per_s2 * model_.acceleration_per_deg_s2,
+                                 "acceleration", name());
+  params.maximum = velocity(setup_.max_speed_deg_per_s);
+  HomeParams home;
+  home.direction = model_.home_direction;
+  home.limit_switch = model_.home_limit_switch;
+  home.velocity = velocity(std::min(model_.home_speed_deg_per_s, setup_.max_speed_deg_per_s));
+  home.offset = in_units(model_.home_offset_deg * model_.steps_per_deg, "home offset", name());
+
+  link_->send(enable_channel(true));
+  link_->send(set_velocity(params));
+  link_->send(set_home(home));
+  const auto taken_velocity = velocity_params(link_->ask(
+      short_message(MessageId::MOT_REQ_VELPARAMS, kChannel), MessageId::MOT_GET_VELPARAMS));
+  const auto taken_home = home_params(link_->ask(
+      short_message(MessageId::MOT_REQ_HOMEPARAMS, kChannel), MessageId::MOT_GET_HOMEPARAMS));
+  if (taken_velocity != params || taken_home != home) {
+    throw DeviceError(DeviceErrc::Protocol, name(),
+                      "the stage did not take its speed or homing settings; switch it off and on");
+  }
+}
+
+void AptStage::reconnect() {
+  gate_.set_homed(false);
+  link_->port().reconnect(kReconnect);
+  link_->reset();
+  identify();
+  set_up();
+}
+
+/// Runs what talks to the unit; one that has gone is not homed when it comes back.
+template <class Act>
+auto AptStage::losing_home(Act act) {
+  try {
+    return act();
+  } catch (const DeviceError& error) {
+    if (error.code() == DeviceErrc::Disconnected) {
+      gate_.set_homed(false);
+      target_.reset();
+    }
+    throw;
+  }
+}
+
+StatusUpdate AptStage::checked_status() {
+  const StatusUpdate status = losing_home([&] { return link_->ask_status(); });
+  require_no_alarm(status);
+  if (gate_.homed() && !status.has(status::kHomed)) {
+    gate_.set_homed(false);
+    target_.reset();
+    throw DeviceError(DeviceErrc::NotHomed, name(),
+                      "the stage lost its home (switched off and on?); home() again");
+  }
+  return status;
+}
+
+void AptStage::require_no_alarm(const StatusUpdate& status) const {
+  std::uint32_t alarms = status.bits & model_.alarm_bits;
+  const double from_home_deg = std::abs(status.position / model_.steps_per_deg);
+  if (from_home_deg > model_.home_switch_deg) alarms |= status.bits & status::kLimits;
+  if (alarms == 0) return;
+  throw DeviceError(DeviceErrc::Fault, name(),
+                    fmt::format("the stage reports: {}; look at it, then switch it off and on or "
+                                "home() it (status {:#010x})",
+                                describe_status(alarms), status.bits));
+}
+
+void AptStage::home(std::chrono::milliseconds timeout) {
+  gate_.require_not_stopped();
+  const Time deadline = deadline_after(clock_, timeout);
+  if (!link_->port().connected()) reconnect();
+  losing_home([&] {
+    StatusUpdate before = link_->ask_status();
+    before.bits &= ~status::kLimits;  // homing drives off a switch
+    require_no_alarm(before);
+    {
+      const auto hold = gate_.hold_for_homing();
+      target_.reset();
+      settled_at_.reset();
+      link_->forget();
+      link_->send(move_home());
+    }
+    try {
+      wait_for_home(deadline, timeout);
+    } catch (const DeviceError&) {
+      // An axis that does not know where it is must not drive on.
+      if (link_->port().connected()) link_->send(move_stop(StopMode::immediate));
+      throw;
+    }
+  });
+  gate_.set_homed(true);
+}
+
+void AptStage::wait_for_home(Time deadline, std::chrono::milliseconds timeout) {
+  bool seen_homing = false;
+  while (true) {
+    gate_.require_not_stopped();
+    StatusUpdate status = link_->ask_status();
+    seen_homing = seen_homing || status.has(status::kHoming);
+    const bool told = link_->notices().homed || seen_homing;  // not the bit of an earlier homing
+    if (told && status.has(status::kHomed) && !status.has(status::kInMotion)) {
+      if (!settled_at_) settled_at_ = clock_.now() + setup_.settle;
+      if (clock_.now() >= *settled_at_ && distance_deg(status, 0) <= model_.in_position_deg) break;
+    } else {
+      settled_at_.reset();
+    }
+    status.bits &= ~status::kLimits;
+    require_no_alarm(status);
+    if (clock_.now() >= deadline) {
+      throw DeviceError(DeviceErrc::Timeout, name(),
+                        fmt::format("not home within {} ms (status: {})", timeout.count(),
+                                    describe_status(status.bits)));
+    }
+    pause();
+  }
+  settled_at_.reset();
+}
+
+void AptStage::begin_move_to(Angle target) {
+  gate_.require_ready();
+  if (link_->port().connected()) {
+    checked_status();
+    losing_home([&] { link_->forget(); });
+  }
+  const auto hold = gate_.hold_for_move(target);
+  const std::int32_t steps = steps_at(target);
+  losing_home([&] { link_->send(move_absolute(steps)); });
+  target_ = steps;
+  settled_at_.reset();
+}
+
+Angle AptStage::wait_until_settled(std::chrono::milliseconds timeout) {
+  gate_.require_ready();
+  const Time deadline = deadline_after(clock_, timeout);
+  if (target_) {
+    if (!settled_at_) wait_for_arrival(deadline, timeout);
+    wait_for_settling(deadline, timeout);
+  }
+  const StatusUpdate status = checked_status();
+  gate_.require_not_stopped();
+  return joint_at(status.position);
+}
+
+void AptStage::wait_for_arrival(Time deadline, std::chrono::milliseconds timeout) {
+  while (true) {
+    const StatusUpdate status = checked_status();
+    gate_.require_not_stopped();
+    const bool completed = link_->notices().completed || status.has(status::kSettled);
+    const bool moving = status.has(status::kInMotion);
+    const bool there = distance_deg(status, *target_) <= model_.in_position_deg;
+    if (completed && !moving && there) break;
+    if (clock_.now() >= deadline) {
+      throw DeviceError(
+          DeviceErrc::Timeout, name(),
+          fmt::format("not in position within {} ms: {}, {}, {:.4f} deg from its target",
+                      timeout.count(), moving ? "still moving" : "not moving",
+                      completed ? "reported as completed" : "not reported as completed",
+                      distance_deg(status, *target_)));
+    }
+    pause();
+  }
+  settled_at_ = clock_.now() + setup_.settle;
+}
+
+void AptStage::wait_for_settling(Time deadline, std::chrono::milliseconds timeout) {
+  while (clock_.now() < *settled_at_) {
+    gate_.require_not_stopped();
+    if (clock_.now() >= deadline) {
+      throw DeviceError(DeviceErrc::Timeout, name(),
+                        fmt::format("not settled within {} ms", timeout.count()));
+    }
+    clock_.wait_until(std::min({*settled_at_, deadline, clock_.now() + kPollPause}));
+  }
+}
+
+void AptStage::pause() const { clock_.wait_until(clock_.now() + kPollPause); }
+
+void AptStage::stop() noexcept {
+  const auto hold = gate_.hold_for_stop();
+  try {
+    link_->send(move_stop(StopMode::immediate));
+  } catch (const std::exception&) {
+    // Nothing else can be done here; rearm() does not let an axis go on that did not stop.
+  }
+}
+
+void AptStage::rearm() {
+  if (!gate_.latched()) return;
+  const double braking_s = setup_.max_speed_deg_per_s / setup_.acceleration_deg_per_s2;
+  const Time deadline = clock_.now() + kStopPatience +
+                        std::chrono::duration_cast<Time>(std::chrono::duration<double>(braking_s));
+  try {
+    while (true) {
+      const StatusUpdate status = link_->ask_status();
+      require_no_alarm(status);
+      if (!status.has(status::kInMotion)) break;
+      if (clock_.now() >= deadline) {
+        throw DeviceError(DeviceErrc::Fault, name(),
+                          "the stage ignored stop and moves on; cut its power");
+      }
+      link_->send(move_stop(StopMode::immediate));
+      pause();
+    }
+  } catch (const DeviceError& error) {
+    // What has gone does not move for us; home(), which reconnects, will tell.
+    if (error.code() != DeviceErrc::Disconnected) throw;
+    gate_.set_homed(false);
+  }
+  target_.reset();
+  settled_at_.reset();
+  gate_.rearm();
+}
+
+std::int32_t AptStage::steps_at(Angle joint) const {
+  const double deg = direction_ * (joint - setup_.home).degrees();
+  return in_units(deg * model_.steps_per_deg, "position", setup_.name);
+}
+
+Angle AptStage::joint_at(std::int32_t steps) const {
+  return setup_.home + Angle::from_degrees(direction_ * steps / model_.steps_per_deg);
+}
+
+double AptStage::distance_deg(const StatusUpdate& status, std::int32_t target) const {
+  return std::abs(static_cast<double>(status.position) - static_cast<double>(target)) /
+         model_.steps_per_deg;
+}
+
+}  // namespace gonio::apt_stage

@@ -1,0 +1,44 @@
+// The USB drivers under the contracts of their interfaces, over emulated devices.
+
+#include "rotation_stage_contract.h"
+#include "usb_rig.h"
+
+namespace gonio::contracts {
+namespace {
+
+using namespace gonio::literals;
+
+template <typename Device>
+struct Kept {
+  std::shared_ptr<UsbRig> rig;  // dies after the device
+  std::shared_ptr<Device> device;
+};
+
+template <typename Device>
+std::shared_ptr<Device> keeping(std::shared_ptr<UsbRig> rig, std::shared_ptr<Device> device) {
+  auto kept = std::make_shared<Kept<Device>>(Kept<Device>{std::move(rig), std::move(device)});
+  Device* const raw = kept->device.get();
+  return {std::move(kept), raw};
+}
+
+template <typename Maker>
+std::string name_of(const testing::TestParamInfo<Maker>& info) {
+  return info.param.name;
+}
+
+StageMaker apt(const std::string& name, bool reversed) {
+  return {name, [reversed] {
+            auto rig =
+                std::make_shared<UsbRig>(std::vector<emulator_faults::FaultRule>{}, reversed);
+            auto stage = rig->open_stage();
+            // An encoder step and five sigmas of positioning.
+            return StageUnderTest{keeping(rig, stage), rig->axis().home, 0.006_deg};
+          }};
+}
+
+INSTANTIATE_TEST_SUITE_P(Usb, RotationStageContract,
+                         testing::Values(apt("k10cr1", false), apt("k10cr1_reversed", true)),
+                         name_of<StageMaker>);
+
+}  // namespace
+}  // namespace gonio::contracts

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "gonio/apt_stage/apt_stage.h"
+#include "gonio/brdf/diffuse_models.h"
+#include "gonio/sim/sim_goniometer.h"
+#include "gonio/usb_bus/ftdi_port.h"
+#include "gonio/usb_emulator/usb_testbed.h"
+
+namespace gonio::contracts {
+
+/// A world that runs by itself, its azimuth axis behind an emulated K10CR1, its lamp monitor behind
+/// an emulated power meter.
+struct UsbRig {
+  static constexpr double kTimeScale = 50.0;
+  static constexpr std::size_t kAxis = 1;
+  static constexpr const char* kStageName = "azimuth";
+  static constexpr const char* kStageSerial = "55000123";
+  static constexpr const char* kMeterName = "monitor";
+  static constexpr const char* kMeterSerial = "P0001234";
+
+  explicit UsbRig(std::vector<emulator_faults::FaultRule> rules = {}, bool reversed_stage = false)
+      : world(options()),
+        faults(std::move(rules)),
+        bed(faults, world.clock()),
+        reversed(reversed_stage) {
+    bed.add_apt_stage({kStageName, kStageSerial, axis().home, reversed}, world.joint(kAxis));
+    bed.add_power_meter({kMeterName, kMeterSerial}, world.lamp_monitor());
+  }
+
+  static sim::SimOptions options() {
+    auto plate = std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.8));
+    sim::SimOptions options = sim::nominal_options(std::move(plate), 1);
+    options.time_scale = kTimeScale;
+    options.runs_by_itself = true;
+    options.rig.axes[kAxis].max_speed_deg_per_s = 10.0;
+    options.rig.axes[kAxis].acceleration_deg_per_s2 = 20.0;
+    return options;
+  }
+
+  const rig::Axis& axis() const { return world.truth().rig.axes[kAxis]; }
+
+  devices::AxisSetup setup() const {
+    return {kStageName,
+            {axis().min, axis().max},
+            axis().home,
+            axis().max_speed_deg_per_s,
+            axis().acceleration_deg_per_s2,
+            axis().settle};
+  }
+
+  static usb_bus::UsbAddress stage_address() {
+    return {apt_stage::kAptVendor, apt_stage::kAptProduct, kStageSerial, std::nullopt};
+  }
+
+  std::shared_ptr<apt_stage::AptStage> open_stage() {
+    auto port =
+        std::make_shared<usb_bus::FtdiPort>(usb_bus::open_usb_device(kStageName, stage_address()));
+    return std::make_shared<apt_stage::AptStage>(std::move(port), setup(), apt_stage::k10cr1(),
+                                                 reversed, world.clock());
+  }
+
+  sim::SimGoniometer world;
+  emulator_faults::FaultPlan faults;
+  usb_emulator::UsbTestbed bed;
+  bool reversed;
+};
+
+}  // namespace gonio::contracts
