@@ -70,7 +70,7 @@ TEST(RigDevices, RefuseABusThatIsNotThere) {
 TEST(RigDevices, RefuseTwoOfOneAddress) {
   expect_refused("unit = 2", "unit = 1", "which is that of axis.lamp_arm.device");
   expect_refused("name = \"lamp\"", "name = \"stages\"", "\"stages\" twice");
-  expect_refused("number = 2", "number = 1", "expected a number of its own");
+  expect_refused("number = 2", "number = 1", "1 twice, expected a number of its own");
   expect_refused("name = \"G\"", "name = \"R\"", "\"R\" twice");
 }
 

@@ -41,7 +41,7 @@ void visit_lamp(ConfigVisitor& v, LampDevice& lamp) {
   v.integer("shutter_coil", lamp.shutter_coil, kRegister, "1: open");
   v.integer("channel_register", lamp.channel_register, kRegister, "holding: number of the channel");
   v.integer("first_level_register", lamp.first_level_register, kRegister,
-            "holding: level of channel 1; the others follow");
+            "holding: level of the first channel; the others follow");
   v.integer("temperature_register", lamp.temperature_register, kRegister, "input, 0.1 deg C");
   v.duration("steady_ms", lamp.steady, kMillisecond, {0.0, 6e5}, "from switching to steady light");
   v.array(
@@ -51,7 +51,7 @@ void visit_lamp(ConfigVisitor& v, LampDevice& lamp) {
         LampChannelEntry& channel = lamp.channels[i];
         v.text("name", channel.name, "");
         v.number("wavelength_nm", channel.wavelength_nm, {0.0, 1e5}, "centre; 0: white");
-        v.integer("number", channel.number, {1.0, 100.0}, "in the channel register");
+        v.integer("number", channel.number, kRegister, "in the channel register");
         v.integer("level", channel.level, kRegister, "written to its level register");
       });
 }
@@ -102,7 +102,11 @@ void visit_devices(ConfigVisitor& v, RigDevices& devices) {
     v.integer("offset_x_px", camera.offset_x_px, {0.0, 65535.0}, "of the region of interest");
     v.integer("offset_y_px", camera.offset_y_px, {0.0, 65535.0}, "");
     v.number("gain_db", camera.gain_db, {0.0, 60.0}, "");
+    v.number("gain_raw_per_db", camera.gain_raw_per_db, kNotNegative,
+             "of cameras that have GainRaw only: its manual");
     v.number("black_level_dn", camera.black_level_dn, {0.0, 65535.0}, "");
+    v.number("black_level_unit_dn", camera.black_level_unit_dn, kPositive,
+             "what one unit of the camera's own feature is");
     v.text("trigger", camera.trigger, "\"software\", or an input line: \"Line1\"");
     v.integer("packet_size_bytes", camera.packet_size_bytes, {0.0, 65535.0},
               "0: the largest that gets through");
@@ -190,9 +194,9 @@ void check_devices(const RigDevices& devices, const std::vector<std::string>& ax
     if (!channel_names.insert(channel.name).second) {
       refuse(table, "name", fmt::format("found \"{}\" twice", channel.name));
     }
-    if (channel.number < 1 || !channel_numbers.insert(channel.number).second) {
+    if (!channel_numbers.insert(channel.number).second) {
       refuse(table, "number",
-             fmt::format("found {}, expected a number of its own from 1", channel.number));
+             fmt::format("found {} twice, expected a number of its own", channel.number));
     }
   }
   require("camera_device", "id", devices.camera.id, "a camera's name or IP address");

@@ -54,7 +54,7 @@ struct LampDevice {
   int unit = 1;
   int shutter_coil = 0;
   int channel_register = 0;
-  int first_level_register = 1;  ///< of channel number 1; the others follow
+  int first_level_register = 1;  ///< of the first channel; the others follow
   int temperature_register = 0;  ///< input register, 0.1 deg C
   std::chrono::milliseconds steady{50};
   std::vector<LampChannelEntry> channels;
@@ -74,7 +74,9 @@ struct CameraDevice {
   int offset_x_px = 0;
   int offset_y_px = 0;
   double gain_db = 0.0;
+  double gain_raw_per_db = 0.0;
   double black_level_dn = 0.0;
+  double black_level_unit_dn = 1.0;
   std::string trigger = "software";  ///< or the name of an input line
   int packet_size_bytes = 0;         ///< 0: the largest that gets through
 };
