@@ -1,0 +1,59 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "gonio/modbus_bus/modbus_bus.h"
+
+/// Modbus lines over libmodbus; only where the build has it (GONIO_WITH_MODBUS).
+namespace gonio::modbus_bus {
+
+/// A serial port, usually of an RS-485 adapter.
+struct RtuLine {
+  std::string path;  ///< "/dev/serial/by-id/..."; a name that stays when adapters are swapped
+  int baud = 115200;
+  char parity = 'N';  ///< N, E or O
+  int stop_bits = 1;  ///< 1 or 2
+
+  /// Throws std::invalid_argument naming the field.
+  void validate() const;
+  /// Of one character of 8 data bits.
+  std::chrono::nanoseconds character_time() const;
+};
+
+struct TcpEndpoint {
+  std::string host;
+  std::uint16_t port = 502;
+};
+
+struct BusOptions {
+  /// From the last byte sent to the first of the answer. The time on the line is added to it.
+  std::chrono::milliseconds response_timeout{300};
+  int retries = 2;  ///< further attempts after the first
+  /// After a failed attempt to open, callers hear Disconnected at once for so long.
+  std::chrono::milliseconds reopen_interval{250};
+
+  /// Throws std::invalid_argument naming the field.
+  void validate() const;
+};
+
+/// Opens a line. It keeps the port for itself, leaves 3.5 characters of silence between frames,
+/// and after an attempt without an answer keeps the line quiet for response_timeout, so that a late
+/// answer is not taken for the next one; only urgent requests do not wait for that.
+///
+/// A transaction takes at most response_timeout and its time on the line; with all its attempts and
+/// silences (1 + retries) times twice that. A port that hung up is opened again at the next
+/// request.
+///
+/// Errors   std::invalid_argument; DeviceError Disconnected in the name of the line: it does not
+///          open, or another program has it.
+std::shared_ptr<ModbusBus> open_rtu(const RtuLine& line, const BusOptions& options = {});
+
+/// Connects to a Modbus TCP device or gateway within response_timeout. Answers are matched by
+/// transaction id. A connection without an answer is closed and opened anew, and so is one that the
+/// other side has closed while nothing was asked.
+std::shared_ptr<ModbusBus> open_tcp(const TcpEndpoint& endpoint, const BusOptions& options = {});
+
+}  // namespace gonio::modbus_bus

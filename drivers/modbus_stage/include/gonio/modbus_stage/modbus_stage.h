@@ -1,0 +1,127 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gonio/devices/clock.h"
+#include "gonio/devices/rotation_stage.h"
+#include "gonio/devices/stage_gate.h"
+#include "gonio/modbus_bus/modbus_bus.h"
+#include "gonio/modbus_stage/drive_profile.h"
+
+namespace gonio::modbus_stage {
+
+/// How the drive's steps turn the joint.
+struct DriveScale {
+  double steps_per_deg = 0.0;  ///< of the joint, gears included; above 0
+  bool reversed = false;       ///< rising steps turn it clockwise
+};
+
+struct StageOptions {
+  /// Registers that the profile calls unconfirmed and that the user has tried on this drive.
+  std::vector<std::string> confirmed;
+  Angle position_tolerance = Angle::from_degrees(0.02);  ///< of the feedback to the target
+  std::chrono::milliseconds poll_interval{10};           ///< host's time
+  /// Host's time that a standing axis may take to say that it has arrived.
+  std::chrono::milliseconds arrival_patience{1000};
+};
+
+/// What a drive says of itself.
+struct DriveState {
+  bool fault = false;
+  bool enabled = true;  ///< also where a drive does not say
+  bool moving = false;
+  bool arrived = false;    ///< command complete and in position, as far as the drive has the bits
+  bool homed = true;       ///< also where a drive does not say
+  std::int64_t steps = 0;  ///< feedback
+};
+
+/// One axis of a Modbus drive.
+///
+/// Angle    home + steps / steps_per_deg, negated when reversed. What wait_until_settled() returns
+///          is the drive's feedback, never its target.
+/// State    As RotationStage. An alarm, a lost link and a drive that says it has lost its reference
+///          leave the axis not homed; home() then identifies the drive again.
+/// Time     Timeouts and settling are on the session's clock; the bus has its own deadlines.
+/// Threads  As RotationStage. stop() waits for one transaction on the bus at most.
+/// Errors   As RotationStage. Fault also: an axis that stands short of its target or moves on after
+///          a stop. Timeout also: a drive that stands and does not say that it has arrived.
+class ModbusStage final : public devices::RotationStage {
+ public:
+  /// Reads the drive's state and the settings that the profile counts on. `clock` outlives it.
+  /// Throws std::invalid_argument: setup, profile or scale; an unconfirmed register that motion
+  /// needs (naming it and the key `confirmed`). DeviceError: nobody answers (Timeout,
+  /// Disconnected), settings that differ (Protocol).
+  ModbusStage(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit, devices::AxisSetup setup,
+              DriveProfile profile, DriveScale scale, devices::Clock& clock,
+              StageOptions options = {});
+
+  const std::string& name() const override { return gate_.name(); }
+  devices::JointLimits limits() const override { return gate_.limits(); }
+  void home(std::chrono::milliseconds timeout) override;
+  void begin_move_to(Angle target) override;
+  Angle wait_until_settled(std::chrono::milliseconds timeout) override;
+  void stop() noexcept override;
+  void rearm() override;
+
+  /// Clears the drive's alarm once a person has looked; throws Fault when it stands on. The axis is
+  /// not homed afterwards.
+  void reset_alarm();
+
+  /// What the drive says now. Throws as the bus; Fault when the axis moves although a stop is
+  /// latched and it had the time to brake.
+  DriveState state();
+
+ private:
+  void identify();
+  void leave_out_unconfirmed();
+  std::vector<std::uint16_t> ask(const modbus_bus::Request& request,
+                                 const modbus_bus::Manner& manner);
+  std::int64_t read(const std::string& register_name);
+  void send(const Command& command, bool starts_motion);
+  bool send_stop() noexcept;
+  void release_stop();
+
+  DriveState read_state(bool with_steps);
+  void require_sound(const DriveState& state);
+  void require_following();
+  std::string alarm_text();
+  std::string limit_text();
+  std::string standing_text(const DriveState& state) const;
+
+  bool on_target(const DriveState& state) const;
+  void make_ready_for_homing();
+  void wait_for_home(devices::Clock::Duration deadline);
+  void settle(devices::Clock::Duration deadline);
+  void wait_until_standing();
+  [[noreturn]] void fail(devices::DeviceErrc code, const std::string& message) const;
+
+  Angle angle_from_steps(std::int64_t steps) const;
+  std::int32_t steps_from_angle(Angle angle) const;
+
+  std::shared_ptr<modbus_bus::ModbusBus> bus_;
+  modbus_bus::Station station_;
+  devices::AxisSetup setup_;
+  DriveProfile profile_;
+  double steps_per_deg_;  ///< negative when reversed
+  devices::Clock& clock_;
+  StageOptions options_;
+  devices::StageGate gate_;
+  devices::Clock::Duration braking_time_;  ///< that a stop may take, with a margin
+  std::int64_t speed_ = 0;                 ///< in the drive's units
+  std::int64_t acceleration_ = 0;
+  std::int64_t tolerance_steps_ = 0;
+  bool identified_ = false;
+  std::optional<std::int32_t> target_steps_;  ///< of the move begun last
+  std::atomic<std::uint64_t> stops_ = 0;
+  std::atomic<bool> stop_set_ = false;     ///< a stop that has to be released was sent
+  std::atomic<bool> stop_failed_ = false;  ///< the last one
+  std::atomic<devices::Clock::Duration> stopped_at_{};
+};
+
+}  // namespace gonio::modbus_stage

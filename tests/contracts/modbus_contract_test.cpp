@@ -1,0 +1,52 @@
+// The Modbus drivers over their wires, under the contracts of their interfaces.
+
+#include "light_contract.h"
+#include "modbus_rig.h"
+#include "rotation_stage_contract.h"
+
+namespace gonio::contracts {
+namespace {
+
+using namespace gonio::literals;
+
+StageMaker stage(Family family, std::size_t axis, const std::string& name) {
+  return {name, [family, axis] {
+            const auto rig = std::make_shared<ModbusRig>(family);
+            std::shared_ptr<devices::RotationStage> made = rig->stage(axis);
+            // An encoder step, five sigmas of positioning, half a step of the drive.
+            return StageUnderTest{
+                {made.get(), [rig, made](devices::RotationStage*) mutable { made.reset(); }},
+                rig->world().truth().rig.axes[axis].home,
+                0.007_deg};
+          }};
+}
+
+LightMaker light() {
+  return {"rgb", [] {
+            const auto rig = std::make_shared<ModbusRig>(Family::leadshine);
+            std::shared_ptr<devices::LightSource> made = rig->light();
+            auto* const monitor = &rig->world().lamp_monitor();
+            return LightUnderTest{
+                {made.get(), [rig, made](devices::LightSource*) mutable { made.reset(); }},
+                {rig, monitor},
+                [monitor] { return monitor->read(); }};
+          }};
+}
+
+template <typename Maker>
+std::string name_of_maker(const testing::TestParamInfo<Maker>& info) {
+  return info.param.name;
+}
+
+INSTANTIATE_TEST_SUITE_P(Modbus, RotationStageContract,
+                         testing::Values(stage(Family::leadshine, 0, "leadshine"),
+                                         stage(Family::leadshine, 1, "leadshine_reversed"),
+                                         stage(Family::az, 2, "az"),
+                                         stage(Family::az, 1, "az_reversed")),
+                         name_of_maker<StageMaker>);
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(LampMonitorContract);  // no monitor on Modbus
+INSTANTIATE_TEST_SUITE_P(Modbus, LightSourceContract, testing::Values(light()),
+                         name_of_maker<LightMaker>);
+
+}  // namespace
+}  // namespace gonio::contracts

@@ -1,0 +1,131 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+
+#include "gonio/brdf/diffuse_models.h"
+#include "gonio/devices/steady_clock.h"
+#include "gonio/emulator_faults/fault_plan.h"
+#include "gonio/modbus_bus/open_bus.h"
+#include "gonio/modbus_emulator/devices.h"
+#include "gonio/modbus_emulator/rtu_line.h"
+#include "gonio/modbus_emulator/tcp_server.h"
+#include "gonio/modbus_light/modbus_light.h"
+#include "gonio/modbus_stage/modbus_stage.h"
+#include "gonio/setup/drive_profile_file.h"
+#include "gonio/sim/sim_goniometer.h"
+
+/// Emulated Modbus devices of one world, and the drivers over their wires.
+namespace gonio::contracts {
+
+using namespace std::chrono_literals;
+
+enum class Family { leadshine, az };
+
+constexpr double kTimeScale = 50.0;
+constexpr double kStepsPerDeg = 1000.0;
+
+inline std::vector<emulator_faults::FaultRule> rules(const std::vector<std::string>& texts) {
+  std::vector<emulator_faults::FaultRule> made;
+  for (const std::string& text : texts) made.push_back(emulator_faults::fault_rule_from_text(text));
+  return made;
+}
+
+inline sim::SimOptions running_world_options() {
+  sim::SimOptions options =
+      sim::nominal_options(std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.8)), 1);
+  options.time_scale = kTimeScale;
+  options.runs_by_itself = true;
+  return options;
+}
+
+/// A world with every axis a drive of one family on one RTU line (units 1, 2, 3) and a lamp behind
+/// TCP (unit 1).
+class ModbusRig {
+ public:
+  explicit ModbusRig(Family family, const std::vector<std::string>& faults = {},
+                     modbus_bus::BusOptions bus_options = {})
+      : family_(family),
+        bus_options_(bus_options),
+        world_(running_world_options()),
+        faults_(std::make_shared<emulator_faults::FaultPlan>(rules(faults))),
+        line_({}, faults_, world_.clock()),
+        server_({}, faults_, world_.clock()),
+        clock_(kTimeScale) {
+    for (std::size_t axis = 0; axis < world_.axis_count(); ++axis) {
+      const rig::Axis& described = world_.truth().rig.axes[axis];
+      const modbus_emulator::DriveMechanics mechanics{&world_.joint(axis), &world_.clock(),
+                                                      described.home, kStepsPerDeg, axis == 1};
+      line_.add(static_cast<int>(axis) + 1,
+                family == Family::leadshine
+                    ? modbus_emulator::leadshine_drive(described.name, mechanics, faults_)
+                    : modbus_emulator::az_drive(described.name, mechanics, faults_));
+    }
+    server_.add(1, modbus_emulator::lamp("lamp", world_.light_source()));
+  }
+
+  sim::SimGoniometer& world() { return world_; }
+  emulator_faults::FaultPlan& faults() { return *faults_; }
+  modbus_emulator::ModbusRtuLine& line() { return line_; }
+  devices::Clock& clock() { return clock_; }
+
+  std::shared_ptr<modbus_bus::ModbusBus> rtu() {
+    if (!rtu_) rtu_ = modbus_bus::open_rtu({line_.port()}, bus_options_);
+    return rtu_;
+  }
+  std::shared_ptr<modbus_bus::ModbusBus> tcp() {
+    return modbus_bus::open_tcp({"127.0.0.1", server_.port()}, bus_options_);
+  }
+
+  modbus_stage::StageOptions stage_options() const {
+    modbus_stage::StageOptions options;
+    options.confirmed = {family_ == Family::leadshine ? "home" : "present_alarm"};
+    options.poll_interval = 2ms;
+    options.arrival_patience = 200ms;
+    return options;
+  }
+
+  std::unique_ptr<modbus_stage::ModbusStage> stage(std::size_t axis) {
+    const rig::Axis& described = world_.truth().rig.axes[axis];
+    const devices::AxisSetup setup{described.name,
+                                   {described.min, described.max},
+                                   described.home,
+                                   described.max_speed_deg_per_s,
+                                   described.acceleration_deg_per_s2,
+                                   described.settle};
+    return std::make_unique<modbus_stage::ModbusStage>(
+        rtu(), static_cast<int>(axis) + 1, setup,
+        cli::shipped_drive_profile(family_ == Family::leadshine ? "leadshine-em2rs"
+                                                                : "oriental-az"),
+        modbus_stage::DriveScale{kStepsPerDeg, axis == 1}, clock_, stage_options());
+  }
+
+  std::unique_ptr<modbus_light::ModbusLight> light() {
+    modbus_light::LampProfile profile;
+    const auto channels = world_.light_source().channels();
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      const auto number = static_cast<std::uint16_t>(i + 1);  // registers of the levels from 1 on
+      profile.channels.push_back(
+          {channels[i].name, channels[i].wavelength_nm, number, number, 1000});
+    }
+    profile.temperature_register = 0;
+    profile.steady_time = 100ms;
+    return std::make_unique<modbus_light::ModbusLight>(tcp(), 1, "lamp", profile, clock_);
+  }
+
+ private:
+  Family family_;
+  modbus_bus::BusOptions bus_options_;
+  sim::SimGoniometer world_;
+  std::shared_ptr<emulator_faults::FaultPlan> faults_;
+  modbus_emulator::ModbusRtuLine line_;
+  modbus_emulator::ModbusTcpServer server_;
+  devices::SteadyClock clock_;
+  std::shared_ptr<modbus_bus::ModbusBus> rtu_;
+};
+
+}  // namespace gonio::contracts
