@@ -32,8 +32,7 @@ class SimGoniometer::World {
                                                          : VirtualClock::Between::stands_still),
         lamp_output(options.lamp, options.seed),
         light(options.lamp),
-        monitor(options.lamp, light, lamp_output, clock,
-                options.noise_seed.value_or(options.seed)),
+        monitor(options.lamp, light, lamp_output, clock, options.noise_seed.value_or(options.seed)),
         changer(options.change_time, joints, light, clock),
         camera(options, CameraView{joints, light, lamp_output, changer, clock}) {
     for (std::size_t axis = 0; axis < options.rig.axes.size(); ++axis) {

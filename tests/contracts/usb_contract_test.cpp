@@ -1,5 +1,6 @@
 // The USB drivers under the contracts of their interfaces, over emulated devices.
 
+#include "light_contract.h"
 #include "rotation_stage_contract.h"
 #include "usb_rig.h"
 
@@ -35,6 +36,20 @@ StageMaker apt(const std::string& name, bool reversed) {
             return StageUnderTest{keeping(rig, stage), rig->axis().home, 0.006_deg};
           }};
 }
+
+/// The lamp itself is switched in the world: the meter only looks on.
+LightMaker meter() {
+  return {"pm100d", [] {
+            auto rig = std::make_shared<UsbRig>();
+            auto monitor = keeping(rig, UsbRig::open_meter());
+            return LightUnderTest{
+                std::shared_ptr<devices::LightSource>(rig, &rig->world.light_source()), monitor,
+                [monitor] { return monitor->read(); }};
+          }};
+}
+
+INSTANTIATE_TEST_SUITE_P(Usb, LampMonitorContract, testing::Values(meter()), name_of<LightMaker>);
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(LightSourceContract);
 
 INSTANTIATE_TEST_SUITE_P(Usb, RotationStageContract,
                          testing::Values(apt("k10cr1", false), apt("k10cr1_reversed", true)),

@@ -10,6 +10,7 @@
 #include "gonio/sim/sim_goniometer.h"
 #include "gonio/usb_bus/ftdi_port.h"
 #include "gonio/usb_emulator/usb_testbed.h"
+#include "gonio/usbtmc_monitor/usbtmc_monitor.h"
 
 namespace gonio::contracts {
 
@@ -62,6 +63,16 @@ struct UsbRig {
         std::make_shared<usb_bus::FtdiPort>(usb_bus::open_usb_device(kStageName, stage_address()));
     return std::make_shared<apt_stage::AptStage>(std::move(port), setup(), apt_stage::k10cr1(),
                                                  reversed, world.clock());
+  }
+
+  static usb_bus::UsbAddress meter_address() {
+    return {std::nullopt, std::nullopt, kMeterSerial, usb_bus::kUsbtmcClass};
+  }
+
+  static std::shared_ptr<usbtmc_monitor::UsbtmcMonitor> open_meter(
+      const usbtmc_monitor::MonitorOptions& options = {}) {
+    return std::make_shared<usbtmc_monitor::UsbtmcMonitor>(
+        usb_bus::open_usb_device(kMeterName, meter_address()), options);
   }
 
   sim::SimGoniometer world;

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "gonio/devices/light_source.h"
+#include "gonio/usb_bus/usb_device.h"
+
+namespace gonio::usbtmc_monitor {
+
+class UsbtmcPipe;
+
+/// How the instrument is read.
+struct MonitorOptions {
+  std::string query = "MEAS:POW?";
+  double zero = 0.0;  ///< what it shows in the dark, in its own unit; taken off every reading
+  std::chrono::milliseconds answer{1000};  ///< for one answer, host time
+};
+
+/// Who it is, as *IDN? says (IEEE 488.2, 10.14).
+struct InstrumentIdentity {
+  std::string manufacturer;
+  std::string model;
+  std::string serial;
+  std::string firmware;
+};
+
+/// An optical power meter with USBTMC and SCPI as the lamp's monitor.
+///
+/// State    The constructor identifies it. Unplugged, it is looked for again at the next read().
+/// Retries  A reading is asked for up to kAttempts times after Timeout and Protocol, each time with
+///          the instrument's buffers emptied first.
+/// Threads  One controlling thread.
+/// Errors   DeviceError: Timeout; Protocol (also an answer that is no plain number); Disconnected;
+///          Fault with the instrument's own words (SYST:ERR?), or when it is out of its range.
+class UsbtmcMonitor final : public devices::LampMonitor {
+ public:
+  static constexpr int kAttempts = 3;
+  static constexpr std::chrono::milliseconds kReconnect{3000};  ///< host time
+
+  /// Throws std::invalid_argument for an empty query, a zero that is not finite, no time.
+  explicit UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, MonitorOptions options = {});
+  ~UsbtmcMonitor() override;
+
+  const std::string& name() const override { return name_; }
+  double read() override;
+
+  const InstrumentIdentity& identity() const { return identity_; }
+
+ private:
+  void identify();
+  void reconnect();
+  double read_once();
+  /// Throws Fault when the instrument has an error of its own to tell.
+  void require_no_error();
+
+  std::string name_;
+  MonitorOptions options_;
+  std::unique_ptr<UsbtmcPipe> pipe_;
+  InstrumentIdentity identity_;
+};
+
+}  // namespace gonio::usbtmc_monitor

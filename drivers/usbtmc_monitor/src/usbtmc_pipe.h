@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "gonio/usb_bus/usb_device.h"
+#include "gonio/usbtmc_monitor/usbtmc_message.h"
+
+namespace gonio::usbtmc_monitor {
+
+/// Commands and answers over the bulk endpoints of one USBTMC interface.
+///
+/// Threads  One.
+/// Errors   DeviceError: Timeout, Protocol, Disconnected. After the first two recover() first.
+class UsbtmcPipe {
+ public:
+  using Deadline = std::chrono::milliseconds;
+
+  UsbtmcPipe(std::shared_ptr<usb_bus::UsbDevice> device, Deadline answer)
+      : device_(std::move(device)), answer_(answer) {}
+
+  usb_bus::UsbDevice& device() { return *device_; }
+
+  void send(std::string_view command);
+  /// The answer to exactly this command: one to an earlier request, which comes late, is dropped by
+  /// its tag.
+  std::string query(std::string_view command);
+
+  /// Aborts the answer under way and empties the instrument's buffers (sections 4.2.1.4
+  /// and 4.2.1.6), so that nothing of what went wrong is taken for the next answer. Bounded in
+  /// time. Throws Disconnected only.
+  void recover();
+
+ private:
+  std::string receive();
+  Bytes transfer_in(std::chrono::steady_clock::time_point end, std::size_t& wanted);
+  void abort_answer();
+  void clear();
+  void drain();
+  Bytes class_request(std::uint8_t type, std::uint8_t request, std::uint16_t value,
+                      std::uint16_t index, std::size_t size);
+
+  std::shared_ptr<usb_bus::UsbDevice> device_;
+  Deadline answer_;
+  std::uint8_t tag_ = 0;
+};
+
+}  // namespace gonio::usbtmc_monitor
