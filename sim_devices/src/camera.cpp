@@ -90,12 +90,25 @@ devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
   frame.frame_id = next_frame_++;
 
   const std::chrono::nanoseconds open = frame.exposure + options_.shutter_offset;
+  const Time end = frame.exposure_start + open;
   const int lit = view_.light.lit();
+  const auto picture = [&] {
+    const std::vector<double> rates = electron_rates(frame.exposure_start, end, lit);
+    return sensor_.expose(rates, devices::to_seconds(open), frame.frame_id);
+  };
+  // What axes at rest will have shown is known now: in a world that runs by itself it is computed
+  // while the exposure lasts, and once more should one of them have been started meanwhile.
+  const bool foreseen = at_rest_during(frame.exposure_start, end);
+  if (foreseen) frame.pixels_dn = picture();
   view_.clock.wait_until(frame.exposure_start + frame.exposure + options_.readout);
-  const std::vector<double> rates =
-      electron_rates(frame.exposure_start, frame.exposure_start + open, lit);
-  frame.pixels_dn = sensor_.expose(rates, devices::to_seconds(open), frame.frame_id);
+  if (!foreseen || !at_rest_during(frame.exposure_start, end)) frame.pixels_dn = picture();
   return frame;
+}
+
+bool SimCamera::at_rest_during(Time start, Time end) const {
+  return std::all_of(
+      view_.joints.begin(), view_.joints.end(),
+      [&](const std::unique_ptr<Joint>& joint) { return joint->at_rest_during(start, end); });
 }
 
 std::vector<double> SimCamera::electron_rates(Time start, Time end, int lit) {
@@ -144,10 +157,7 @@ std::vector<double> SimCamera::electron_rates(Time start, Time end, int lit) {
 
 std::shared_ptr<const RadianceImage> SimCamera::scene_during(Time start, Time end) {
   const devices::Target target = view_.changer.mounted();
-  const bool at_rest = std::all_of(
-      view_.joints.begin(), view_.joints.end(),
-      [&](const std::unique_ptr<Joint>& joint) { return joint->at_rest_during(start, end); });
-  if (at_rest) return renderer_.render(joints_at(start), target);
+  if (at_rest_during(start, end)) return renderer_.render(joints_at(start), target);
 
   const rig::Joints first = joints_at(start);
   const rig::Joints last = joints_at(end);

@@ -41,6 +41,7 @@ class SimCamera final : public devices::Camera {
                                      int lit);
   std::shared_ptr<const RadianceImage> scene_during(devices::Clock::Duration start,
                                                     devices::Clock::Duration end);
+  bool at_rest_during(devices::Clock::Duration start, devices::Clock::Duration end) const;
   rig::Joints joints_at(devices::Clock::Duration time) const;
 
   CameraOptions options_;

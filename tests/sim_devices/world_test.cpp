@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
+#include <thread>
 #include <utility>
 
 #include "gonio/brdf/analytic_models.h"
 #include "gonio/parallel/parallel.h"
+#include "gonio/sim/joint.h"
 #include "worlds.h"
 
 namespace gonio::sim {
@@ -142,6 +145,39 @@ TEST(SimGoniometer, NominalFrameHoldsSampleAndPatchApart) {
   EXPECT_GT(dn(160 - 96), 150.0);
   EXPECT_LT(dn(160 + 115), 60.0);
   EXPECT_GT(dn(160 + 134), 500.0);
+}
+
+TEST(SimGoniometer, AxisStartedDuringAnExposureShowsInItsPicture) {
+  SimOptions options = nominal_options(grey(), 1);
+  options.scene.sample_half_width_mm = 100.0;  // fills the frame
+  for (LampChannelOptions& channel : options.lamp.channels) channel.intensity_w_per_sr *= 0.003;
+  options.time_scale = 50.0;
+  options.runs_by_itself = true;
+  SimGoniometer world(options);
+  const auto now = [&] { return world.clock().now(); };
+  const auto go_to = [&](std::size_t axis, Angle target) {
+    return world.joint(axis).move_to(target, now());
+  };
+  for (const auto settled : {go_to(kLampArm, 50.0_deg), go_to(kAzimuth, 45.0_deg)}) {
+    world.clock().wait_until(settled);
+  }
+  world.light_source().light("G");
+  const auto mean_dn = [&] {
+    const auto frame = world.camera().capture(8s);
+    return std::accumulate(frame.pixels_dn.begin(), frame.pixels_dn.end(), 0.0) /
+               static_cast<double>(frame.pixels_dn.size()) -
+           frame.black_level_dn;
+  };
+  const double still = mean_dn();
+  EXPECT_NEAR(mean_dn() / still, 1.0, 0.01);
+  const auto begin = now();
+  std::thread mover([&] {
+    world.clock().wait_until(begin + 1s);
+    world.joint(kLampArm).move_to(100.0_deg, now());
+  });
+  const double moved = mean_dn();
+  mover.join();
+  EXPECT_GT(std::abs(moved / still - 1.0), 0.1);
 }
 
 TEST(SimGoniometer, IsMovable) {
