@@ -6,7 +6,6 @@
 #include <utility>
 #include <vector>
 
-
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/devices/steady_clock.h"
 #include "gonio/emulator_faults/fault_plan.h"

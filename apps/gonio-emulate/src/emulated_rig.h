@@ -19,9 +19,9 @@ namespace gonio::emulate {
 /// Threads  The emulators' own; members from one thread.
 class EmulatedRig {
  public:
-  /// `world` must run by itself. Throws cli::UsageError for what cannot be emulated (a drive profile
-  /// of its own, an address that is not this machine's), std::runtime_error and std::system_error
-  /// when a port is taken.
+  /// `world` must run by itself. Throws cli::UsageError for what cannot be emulated (a drive
+  /// profile of its own, an address that is not this machine's), std::runtime_error and
+  /// std::system_error when a port is taken.
   EmulatedRig(const cli::RigFile& rig, const sim::SimOptions& world,
               std::vector<emulator_faults::FaultRule> faults, std::uint64_t seed);
   ~EmulatedRig();

@@ -71,18 +71,16 @@ std::string account_text(const TimeAccount& account) {
 }
 
 void write_account(const std::string& path, const TimeAccount& account) {
-  const nlohmann::ordered_json json = {{"wall_s", account.wall_s},
-                                       {"axes_s", account.axes_s},
-                                       {"exposures_s", account.exposures_s},
-                                       {"wire_s", account.wire_s},
-                                       {"together_s", account.together_s},
-                                       {"overhead", account.overhead()}};
+  const nlohmann::ordered_json json = {
+      {"wall_s", account.wall_s},           {"axes_s", account.axes_s},
+      {"exposures_s", account.exposures_s}, {"wire_s", account.wire_s},
+      {"together_s", account.together_s},   {"overhead", account.overhead()}};
   files::write_text_file(path, json.dump(2) + "\n", files::Overwrite::Yes);
 }
 
 void wait_until_stopped(const std::stop_token& stop) {
-  constexpr std::chrono::milliseconds kPoll{50};
-  while (!stop.stop_requested()) std::this_thread::sleep_for(kPoll);
+  constexpr std::chrono::milliseconds kStopPoll{50};
+  while (!stop.stop_requested()) std::this_thread::sleep_for(kStopPoll);
 }
 
 /// A loopback of the program's own, with all addresses of the rig's network devices.
@@ -167,9 +165,8 @@ int run(int argc, char** argv) {
                  "Behind --: run inside the emulated machine; its exit code is passed on");
   // What stands behind -- belongs to the command, whatever it looks like.
   char** const end = argv + argc;
-  char** const dashes = std::find_if(argv, end, [](const char* word) {
-    return std::string_view(word) == "--";
-  });
+  char** const dashes =
+      std::find_if(argv, end, [](const char* word) { return std::string_view(word) == "--"; });
   try {
     app.parse(static_cast<int>(dashes - argv), argv);
   } catch (const CLI::ParseError& error) {

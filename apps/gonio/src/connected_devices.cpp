@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "gonio/aravis_camera/aravis_camera.h"
+#include "gonio/usb_bus/usb_device.h"
+
 namespace gonio::cli {
 namespace {
 
@@ -32,6 +35,25 @@ std::vector<FoundSerialPort> serial_ports() {
 ConnectedDevices connected_devices() {
   ConnectedDevices found;
   found.serial_ports = serial_ports();
+  const auto look = [&](const char* what, const auto& search) {
+    try {
+      search();
+    } catch (const std::exception& error) {
+      found.not_looked_for.push_back(std::string(what) + ": " + error.what());
+    }
+  };
+  look("USB", [&] {
+    for (const auto& each : usb_bus::list_usb_devices()) {
+      found.usb.push_back({each.vendor, each.product, each.serial,
+                           each.trouble.empty() ? each.description : each.trouble});
+    }
+  });
+  look("cameras", [&] {
+    for (const auto& each : aravis_camera::list_cameras()) {
+      found.cameras.push_back(
+          {each.id, each.vendor + " " + each.model, each.serial, each.address, each.protocol});
+    }
+  });
   return found;
 }
 

@@ -3,18 +3,21 @@
 #include <fmt/format.h>
 
 #include <cstdlib>
+#include <functional>
 #include <future>
 #include <map>
 #include <optional>
 #include <utility>
 
 #include "gonio/apt_stage/apt_stage.h"
+#include "gonio/apt_stage/stop_apt.h"
 #include "gonio/aravis_camera/aravis_camera.h"
 #include "gonio/console/failures.h"
 #include "gonio/devices/steady_clock.h"
 #include "gonio/modbus_bus/open_bus.h"
 #include "gonio/modbus_light/modbus_light.h"
 #include "gonio/modbus_stage/modbus_stage.h"
+#include "gonio/modbus_stage/stop_drive.h"
 #include "gonio/setup/drive_profile_file.h"
 #include "gonio/usb_bus/ftdi_port.h"
 #include "gonio/usbtmc_monitor/usbtmc_monitor.h"
@@ -100,6 +103,10 @@ apt_stage::AptModel apt_model(const std::string& name) {
       fmt::format("model: found \"{}\", expected \"{}\"", name, model.name));
 }
 
+usb_bus::UsbAddress apt_address(const AxisDevice& device) {
+  return {apt_stage::kAptVendor, apt_stage::kAptProduct, device.serial, std::nullopt};
+}
+
 struct Stage {
   std::unique_ptr<devices::RotationStage> stage;
   std::string identity;
@@ -110,9 +117,8 @@ Stage open_stage(const RigFile& rig, std::size_t index, Buses& buses, devices::C
   const AxisDevice& device = rig.devices.axes[index];
   return from_rig_file(rig, fmt::format("axis.{}.device", axis.name), [&]() -> Stage {
     if (device.driver == AxisDevice::Driver::apt) {
-      const usb_bus::UsbAddress address{apt_stage::kAptVendor, apt_stage::kAptProduct,
-                                        device.serial, std::nullopt};
-      auto port = std::make_shared<usb_bus::FtdiPort>(open_usb_device(axis.name, address));
+      auto port =
+          std::make_shared<usb_bus::FtdiPort>(open_usb_device(axis.name, apt_address(device)));
       auto stage = std::make_unique<apt_stage::AptStage>(
           std::move(port), setup_of(axis), apt_model(device.model), device.reversed, clock);
       const auto& who = stage->identity();
@@ -125,8 +131,8 @@ Stage open_stage(const RigFile& rig, std::size_t index, Buses& buses, devices::C
     auto stage = std::make_unique<modbus_stage::ModbusStage>(
         buses[device.bus], device.unit, setup_of(axis), profile,
         modbus_stage::DriveScale{device.steps_per_deg, device.reversed}, clock, options);
-    return {std::move(stage), fmt::format("{}, unit {} on {}", profile.name, device.unit,
-                                          buses[device.bus]->line())};
+    return {std::move(stage),
+            fmt::format("{}, unit {} on {}", profile.name, device.unit, buses[device.bus]->line())};
   });
 }
 
@@ -159,12 +165,11 @@ std::unique_ptr<usbtmc_monitor::UsbtmcMonitor> open_monitor(const RigFile& rig) 
   address.serial = monitor.serial;
   address.interface_class = usb_bus::kUsbtmcClass;
   usbtmc_monitor::MonitorOptions options;
-  options.name = kMonitorName;
   options.query = monitor.query;
-  options.scale = 1.0 / monitor.unit_reading;
+  options.zero = monitor.zero;
   return from_rig_file(rig, kMonitorName, [&] {
-    return std::make_unique<usbtmc_monitor::UsbtmcMonitor>(
-        open_usb_device(kMonitorName, address), options);
+    return std::make_unique<usbtmc_monitor::UsbtmcMonitor>(open_usb_device(kMonitorName, address),
+                                                           options);
   });
 }
 
@@ -187,6 +192,30 @@ std::unique_ptr<aravis_camera::AravisCamera> open_camera(const RigFile& rig,
   return from_rig_file(rig, "camera_device", [&] {
     return std::make_unique<aravis_camera::AravisCamera>(options, clock);
   });
+}
+
+/// Stops all drives on a port and closes the lamp's shutter if it is there.
+void stop_bus(const RigFile& rig, const BusEntry& bus, devices::Clock& clock) {
+  Buses buses(rig.devices);
+  std::string failures;
+  const auto attempt = [&](const auto& stop) {
+    try {
+      stop();
+    } catch (const std::exception& error) {
+      failures += (failures.empty() ? "" : "; ") + std::string(error.what());
+    }
+  };
+  for (std::size_t i = 0; i < rig.devices.axes.size(); ++i) {
+    const AxisDevice& device = rig.devices.axes[i];
+    if (device.driver != AxisDevice::Driver::modbus || device.bus != bus.name) continue;
+    attempt([&] {
+      modbus_stage::stop_drive(*buses[bus.name], {rig.rig.axes[i].name, device.unit},
+                               drive_profile(device.profile, rig.path.parent_path()));
+    });
+  }
+  // Its constructor closes the shutter and makes sure.
+  if (rig.devices.lamp.bus == bus.name) attempt([&] { open_lamp(rig, buses, clock); });
+  if (!failures.empty()) throw std::runtime_error(failures);
 }
 
 class HardwareRig final : public OpenedRig {
@@ -222,7 +251,7 @@ class HardwareRig final : public OpenedRig {
     std::vector<DeviceIdentity> all;
     for (const Stage& each : stages_) all.push_back({each.stage->name(), each.identity});
     all.push_back({kLampName, "Modbus lamp"});
-    if (monitor_) all.push_back({kMonitorName, monitor_->identity()});
+    if (monitor_) all.push_back({kMonitorName, monitor_identity()});
     if (camera_) {
       const auto& who = camera_->identity();
       all.push_back(
@@ -232,6 +261,12 @@ class HardwareRig final : public OpenedRig {
   }
 
  private:
+  std::string monitor_identity() const {
+    const auto& who = monitor_->identity();
+    return fmt::format("{} {} serial {} firmware {}", who.manufacturer, who.model, who.serial,
+                       who.firmware);
+  }
+
   devices::SteadyClock clock_;
   Buses buses_;
   Watchdog watchdog_;
@@ -246,6 +281,40 @@ class HardwareRig final : public OpenedRig {
 
 std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts) {
   return std::make_unique<HardwareRig>(rig, parts);
+}
+
+std::vector<std::string> stop_hardware_rig(const RigFile& rig) {
+  // One task per port and device, so that a dead one takes no time from the others.
+  const auto attempt = [](const std::string& what, const std::function<void()>& stop) {
+    return std::async(std::launch::async, [what, stop]() -> std::string {
+      try {
+        stop();
+        return {};
+      } catch (const std::exception& error) {
+        return what + ": " + error.what();
+      }
+    });
+  };
+  std::vector<std::future<std::string>> running;
+  devices::SteadyClock clock;
+  for (const BusEntry& bus : rig.devices.buses) {
+    running.push_back(
+        attempt("bus " + bus.name, [&rig, &bus, &clock] { stop_bus(rig, bus, clock); }));
+  }
+  for (std::size_t i = 0; i < rig.devices.axes.size(); ++i) {
+    const AxisDevice& device = rig.devices.axes[i];
+    if (device.driver != AxisDevice::Driver::apt) continue;
+    const std::string& name = rig.rig.axes[i].name;
+    running.push_back(attempt(name, [&name, &device] {
+      usb_bus::FtdiPort port(open_usb_device(name, apt_address(device)));
+      apt_stage::stop_apt(port);
+    }));
+  }
+  std::vector<std::string> failures;
+  for (std::future<std::string>& each : running) {
+    if (std::string failure = each.get(); !failure.empty()) failures.push_back(std::move(failure));
+  }
+  return failures;
 }
 
 }  // namespace gonio::cli

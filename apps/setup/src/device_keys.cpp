@@ -92,8 +92,7 @@ void visit_devices(ConfigVisitor& v, RigDevices& devices) {
     v.integer("vendor_id", devices.monitor.vendor_id, kUsbId, "");
     v.integer("product_id", devices.monitor.product_id, kUsbId, "");
     v.text("query", devices.monitor.query, "SCPI, answered by one number");
-    v.number("unit_reading", devices.monitor.unit_reading, kPositive,
-             "the reading that counts as 1");
+    v.number("zero", devices.monitor.zero, {}, "what it shows in the dark, in its own unit");
   });
   v.table("camera_device", "The camera, GigE Vision or USB3 Vision", [&] {
     CameraDevice& camera = devices.camera;

@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "config_reader.h"
+#include "gonio/console/suggest.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
 #include "gonio/shipped_drives/shipped_drives.h"
-#include "gonio/console/suggest.h"
 #include "toml_limits.h"
 
 namespace gonio::cli {
@@ -177,6 +177,11 @@ DriveProfile shipped_drive_profile(const std::string& name) {
   const std::vector<std::string> names = shipped_drive_names();
   throw std::invalid_argument(fmt::format("profile: found \"{}\", expected one of {}{}", name,
                                           fmt::join(names, ", "), did_you_mean(name, names)));
+}
+
+DriveProfile drive_profile(const std::string& word, const std::filesystem::path& folder) {
+  if (word.ends_with(".toml")) return read_drive_profile(folder / word);
+  return shipped_drive_profile(word);
 }
 
 std::vector<std::string> shipped_drive_names() {

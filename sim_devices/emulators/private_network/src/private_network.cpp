@@ -51,7 +51,10 @@ std::string set_up(const std::vector<std::string>& further_addresses) {
     address.sin_family = AF_INET;
     inet_pton(AF_INET, further_addresses[index].c_str(), &address.sin_addr);
     std::memcpy(&request.ifr_addr, &address, sizeof address);
-    if (ioctl(control, SIOCSIFADDR, &request) != 0) refused = failed(further_addresses[index]);
+    // An address that is there already, 127.0.0.1 or one named twice, is no failure.
+    if (ioctl(control, SIOCSIFADDR, &request) != 0 && errno != EEXIST) {
+      refused = failed(further_addresses[index]);
+    }
   }
   close(control);
   return refused;

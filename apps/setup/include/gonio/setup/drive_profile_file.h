@@ -19,4 +19,9 @@ modbus_stage::DriveProfile drive_profile_from_text(const std::string& text,
 modbus_stage::DriveProfile shipped_drive_profile(const std::string& name);
 std::vector<std::string> shipped_drive_names();
 
+/// What a rig file in `folder` calls `word`: a file beside it where the word ends in .toml,
+/// otherwise a shipped profile. Throws as those two.
+modbus_stage::DriveProfile drive_profile(const std::string& word,
+                                         const std::filesystem::path& folder);
+
 }  // namespace gonio::cli

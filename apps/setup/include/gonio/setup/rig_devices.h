@@ -65,7 +65,7 @@ struct MonitorDevice {
   int vendor_id = 0;
   int product_id = 0;
   std::string query = "MEAS:POW?";
-  double unit_reading = 1.0;  ///< a reading of this becomes 1
+  double zero = 0.0;  ///< what it shows in the dark, in its own unit
 };
 
 struct CameraDevice {

@@ -1,0 +1,13 @@
+#pragma once
+
+#include "gonio/modbus_bus/modbus_bus.h"
+#include "gonio/modbus_stage/drive_profile.h"
+
+namespace gonio::modbus_stage {
+
+/// Sends a drive its stop, before all else that waits on the line, and asks it nothing: also for
+/// whoever knows no more of the axis than its profile (a watchdog). Throws DeviceError.
+void stop_drive(modbus_bus::ModbusBus& bus, const modbus_bus::Station& station,
+                const DriveProfile& profile);
+
+}  // namespace gonio::modbus_stage
