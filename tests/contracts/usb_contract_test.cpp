@@ -29,8 +29,7 @@ std::string name_of(const testing::TestParamInfo<Maker>& info) {
 
 StageMaker apt(const std::string& name, bool reversed) {
   return {name, [reversed] {
-            auto rig =
-                std::make_shared<UsbRig>(std::vector<emulator_faults::FaultRule>{}, reversed);
+            auto rig = std::make_shared<UsbRig>(reversed);
             auto stage = rig->open_stage();
             // An encoder step and five sigmas of positioning.
             return StageUnderTest{keeping(rig, stage), rig->axis().home, 0.006_deg};

@@ -3,7 +3,6 @@
 #include <memory>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "gonio/apt_stage/apt_stage.h"
 #include "gonio/brdf/diffuse_models.h"
@@ -24,11 +23,8 @@ struct UsbRig {
   static constexpr const char* kMeterName = "monitor";
   static constexpr const char* kMeterSerial = "P0001234";
 
-  explicit UsbRig(std::vector<emulator_faults::FaultRule> rules = {}, bool reversed_stage = false)
-      : world(options()),
-        faults(std::move(rules)),
-        bed(faults, world.clock()),
-        reversed(reversed_stage) {
+  explicit UsbRig(bool reversed_stage = false)
+      : world(options()), bed(faults, world.clock()), reversed(reversed_stage) {
     bed.add_apt_stage({kStageName, kStageSerial, axis().home, reversed}, world.joint(kAxis));
     bed.add_power_meter({kMeterName, kMeterSerial}, world.lamp_monitor());
   }
@@ -41,6 +37,11 @@ struct UsbRig {
     options.rig.axes[kAxis].max_speed_deg_per_s = 10.0;
     options.rig.axes[kAxis].acceleration_deg_per_s2 = 20.0;
     return options;
+  }
+
+  /// As gonio-emulate's command line writes it.
+  void add_fault(const std::string& rule) {
+    faults.add(emulator_faults::fault_rule_from_text(rule));
   }
 
   const rig::Axis& axis() const { return world.truth().rig.axes[kAxis]; }

@@ -27,6 +27,14 @@ TEST(FaultPlan, StrikesOnlyTheDeviceNamed) {
   EXPECT_FALSE(plan.strikes(Fault::exception, "tilt", 0s));
 }
 
+TEST(FaultPlan, TakesRulesWhileInUse) {
+  FaultPlan plan;
+  EXPECT_FALSE(plan.strikes(Fault::stall, "monitor", 1s));
+  plan.add(fault_rule_from_text("stall@monitor:count=1"));
+  EXPECT_TRUE(plan.strikes(Fault::stall, "monitor", 2s));
+  EXPECT_FALSE(plan.strikes(Fault::stall, "monitor", 3s));
+}
+
 TEST(FaultPlan, StrikesWithinItsTimeAndThenWearsOff) {
   FaultPlan plan({fault_rule_from_text("unplug:after_s=5,for_s=2")});
   EXPECT_FALSE(plan.strikes(Fault::unplug, "tilt", 4999ms));

@@ -22,6 +22,8 @@ namespace {
 constexpr std::chrono::milliseconds kPollPause{10};
 // A stopped axis stands after its braking time; this much longer it is believed.
 constexpr std::chrono::milliseconds kStopPatience{1000};
+// One that stands still this long away from its target has not heard of the move, or lost it.
+constexpr std::chrono::milliseconds kStandingPatience{2000};
 
 devices::Clock::Duration deadline_after(const devices::Clock& clock,
                                         std::chrono::milliseconds timeout) {
@@ -119,7 +121,6 @@ void AptStage::reconnect() {
   link_->port().reconnect(kReconnect);
   link_->reset();
   identify();
-  set_up();
 }
 
 /// Runs what talks to the unit; one that has gone is not homed when it comes back.
@@ -164,6 +165,7 @@ void AptStage::home(std::chrono::milliseconds timeout) {
   const Time deadline = deadline_after(clock_, timeout);
   if (!link_->port().connected()) reconnect();
   losing_home([&] {
+    set_up();  // it may have been switched off since
     StatusUpdate before = link_->ask_status();
     before.bits &= ~status::kLimits;  // homing drives off a switch
     require_no_alarm(before);
@@ -227,7 +229,7 @@ Angle AptStage::wait_until_settled(std::chrono::milliseconds timeout) {
   gate_.require_ready();
   const Time deadline = deadline_after(clock_, timeout);
   if (target_) {
-    if (!settled_at_) wait_for_arrival(deadline, timeout);
+    if (!settled_at_) wait_for_arrival(deadline);
     wait_for_settling(deadline, timeout);
   }
   const StatusUpdate status = checked_status();
@@ -235,7 +237,9 @@ Angle AptStage::wait_until_settled(std::chrono::milliseconds timeout) {
   return joint_at(status.position);
 }
 
-void AptStage::wait_for_arrival(Time deadline, std::chrono::milliseconds timeout) {
+void AptStage::wait_for_arrival(Time deadline) {
+  const Time begin = clock_.now();
+  std::optional<Time> standing_since;
   while (true) {
     const StatusUpdate status = checked_status();
     gate_.require_not_stopped();
@@ -243,11 +247,18 @@ void AptStage::wait_for_arrival(Time deadline, std::chrono::milliseconds timeout
     const bool moving = status.has(status::kInMotion);
     const bool there = distance_deg(status, *target_) <= model_.in_position_deg;
     if (completed && !moving && there) break;
-    if (clock_.now() >= deadline) {
+    const Time now = clock_.now();
+    if (moving || there) {
+      standing_since.reset();
+    } else if (!standing_since) {
+      standing_since = now;
+    }
+    if (now >= deadline || (standing_since && now >= *standing_since + kStandingPatience)) {
       throw DeviceError(
           DeviceErrc::Timeout, name(),
           fmt::format("not in position within {} ms: {}, {}, {:.4f} deg from its target",
-                      timeout.count(), moving ? "still moving" : "not moving",
+                      std::chrono::duration_cast<std::chrono::milliseconds>(now - begin).count(),
+                      moving ? "still moving" : "not moving",
                       completed ? "reported as completed" : "not reported as completed",
                       distance_deg(status, *target_)));
     }

@@ -131,10 +131,13 @@ FaultRule fault_rule_from_text(std::string_view text) {
 }
 
 FaultPlan::FaultPlan(std::vector<FaultRule> rules, std::uint64_t seed) : seed_(seed) {
-  for (FaultRule& rule : rules) {
-    rule.validate();
-    rules_.push_back({std::move(rule)});
-  }
+  for (FaultRule& rule : rules) add(std::move(rule));
+}
+
+void FaultPlan::add(FaultRule rule) {
+  rule.validate();
+  const std::lock_guard lock(mutex_);
+  rules_.push_back({std::move(rule)});
 }
 
 bool FaultPlan::strikes(Fault fault, std::string_view device, std::chrono::nanoseconds now) {

@@ -45,8 +45,10 @@ class EmulatedDevice {
 
   /// Lets time pass.
   virtual void step() = 0;
-  /// Plugged in, or its power cycled.
+  /// As when it is plugged in.
   virtual void restart() = 0;
+  /// The power of what lies behind the USB chip goes and comes.
+  virtual void cycle_power() = 0;
 
  protected:
   EmulatedDevice() = default;

@@ -21,6 +21,7 @@ class FtdiChip final : public EmulatedDevice {
   std::optional<Bytes> bulk_in(std::size_t room, Wall::time_point since) override;
   void step() override;
   void restart() override;
+  void cycle_power() override { drive_->restart(); }
 
  private:
   struct OnTheLine {

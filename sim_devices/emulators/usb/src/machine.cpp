@@ -133,7 +133,7 @@ void Machine::plug_in(const std::string& name) {
 
 void Machine::cycle_power(const std::string& name) {
   const std::lock_guard lock(mutex_);
-  find(name).device->restart();
+  find(name).device->cycle_power();
 }
 
 void Machine::run() {
@@ -145,8 +145,9 @@ void Machine::run() {
   }
   for (const auto& socket : sockets_) {
     for (const auto& client : socket->clients) {
-      client->reap_until = Wall::now();
+      client->reap_until = client->claim_until = Wall::now();
       client->answer_reap();
+      socket->answer_claim(*client);
     }
   }
 }
@@ -171,6 +172,8 @@ Wall::time_point Machine::step(Socket& socket) {
       client->pending.pop_front();
     }
     client->answer_reap();
+    socket.answer_claim(*client);
+    if (client->claim) next = std::min(next, Wall::now() + kBusyTick);
     if (client->reap) next = std::min(next, client->reap_until);
     if (!client->pending.empty()) next = std::min(next, Wall::now() + kBusyTick);
   }

@@ -49,9 +49,10 @@ struct Urb {
 
 /// One opening of the device by a program.
 struct Client {
-  UMockdevIoctlClient* key = nullptr;  ///< not owned
-  bool gone = false;
-  bool claimed = false;     ///< the one interface
+  CallPtr connection;
+  bool claimed = false;  ///< the one interface
+  CallPtr claim;         ///< a claim that waits, lest its holder has just been killed
+  Wall::time_point claim_until;
   std::deque<Urb> pending;  ///< inward, waiting for the device
   std::deque<Urb> done;     ///< to be reaped
   CallPtr reap;             ///< a reap that waits
@@ -61,6 +62,7 @@ struct Client {
   void finish(Urb urb, int status, std::size_t moved);
   /// Hands over what is done, or says that nothing is once the patience is over.
   void answer_reap();
+  bool gone() const { return umockdev_ioctl_client_get_connected(connection.get()) == 0; }
 };
 
 class Machine;
@@ -83,6 +85,8 @@ struct Socket {
   Client& client_of(UMockdevIoctlClient* call);
   /// What a program that ended had claimed is free; its memory is gone.
   void forget_gone();
+  bool held_by_another(const Client& client) const;
+  void answer_claim(Client& client) const;
 };
 
 /// The emulated machine: sockets, what programs ask of them, and a thread that lets time pass.
@@ -105,12 +109,10 @@ class Machine {
 
  private:
   static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* call, gpointer socket);
-  static void on_closed(UMockdevIoctlClient* call, GParamSpec*, gpointer socket);
-  friend struct Socket;
 
   // usb_calls.cpp: one system call each, with the lock held. Results are errno values.
   void handle(Socket& socket, UMockdevIoctlClient* call);
-  static int claim(Socket& socket, Client& client, unsigned int interface);
+  static void claim(Socket& socket, Client& client, UMockdevIoctlClient* call);
   int submit(Socket& socket, Client& client, UMockdevIoctlData* argument);
   void outward(Socket& socket, Client& client, Urb urb);
   static int control(Socket& socket, Urb& urb);

@@ -27,6 +27,7 @@ class PowerMeter final : public EmulatedDevice {
   std::optional<Bytes> bulk_in(std::size_t room, Wall::time_point since) override;
   void step() override {}
   void restart() override;
+  void cycle_power() override { restart(); }
 
  private:
   struct Request {

@@ -20,6 +20,9 @@ namespace {
 // An empty reap is answered after this long, not at once: usbfs wakes its readers, here they ask
 // again and again.
 constexpr std::chrono::microseconds kReapPatience{300};
+// A kernel frees the claims of a program before anybody hears of its end; here the end of its
+// socket may still be on the way.
+constexpr std::chrono::milliseconds kClaimPatience{50};
 constexpr std::size_t kSetupBytes = 8;
 constexpr std::uint8_t kInward = 0x80;
 constexpr std::uint8_t kStandardIn = 0x80;
@@ -33,6 +36,10 @@ DataPtr resolve(UMockdevIoctlData* data, std::size_t offset, std::size_t size) {
   DataPtr resolved(umockdev_ioctl_data_resolve(data, offset, size, &error));
   g_clear_error(&error);
   return resolved;
+}
+
+CallPtr kept(UMockdevIoctlClient* call) {
+  return CallPtr(static_cast<UMockdevIoctlClient*>(g_object_ref(call)));
 }
 
 template <class Plain>
@@ -76,31 +83,21 @@ void Client::answer_reap() {
 
 Client& Socket::client_of(UMockdevIoctlClient* call) {
   for (const auto& client : clients) {
-    if (client->key == call && !client->gone) return *client;
+    if (client->connection.get() == call) return *client;
   }
-  g_signal_connect(call, "notify::connected", G_CALLBACK(&Machine::on_closed), this);
   clients.push_back(std::make_unique<Client>());
-  clients.back()->key = call;
+  clients.back()->connection = kept(call);
   return *clients.back();
 }
 
 void Socket::forget_gone() {
-  std::erase_if(clients, [](const std::unique_ptr<Client>& client) { return client->gone; });
+  std::erase_if(clients, [](const std::unique_ptr<Client>& client) { return client->gone(); });
 }
 
 gboolean Machine::on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* call, gpointer data) {
   auto& socket = *static_cast<Socket*>(data);
   socket.machine->handle(socket, call);
   return 1;
-}
-
-void Machine::on_closed(UMockdevIoctlClient* call, GParamSpec*, gpointer data) {
-  if (umockdev_ioctl_client_get_connected(call) != 0) return;
-  auto& socket = *static_cast<Socket*>(data);
-  const std::lock_guard lock(socket.machine->mutex_);
-  for (const auto& client : socket.clients) {
-    if (client->key == call) client->gone = true;
-  }
 }
 
 void Machine::handle(Socket& socket, UMockdevIoctlClient* call) {
@@ -140,7 +137,11 @@ void Machine::handle(Socket& socket, UMockdevIoctlClient* call) {
       break;
     case USBDEVFS_CLAIMINTERFACE:
     case USBDEVFS_DISCONNECT_CLAIM:
-      error = socket.plugged ? claim(socket, client, number()) : ENODEV;
+      if (socket.plugged && number() == 0) {  // all devices here have one interface
+        claim(socket, client, call);
+        return;  // answers itself, perhaps later
+      }
+      error = socket.plugged ? EINVAL : ENODEV;
       break;
     case USBDEVFS_SUBMITURB:
       error = socket.plugged ? submit(socket, client, argument) : ENODEV;
@@ -161,14 +162,25 @@ void Machine::handle(Socket& socket, UMockdevIoctlClient* call) {
   wake_.notify_one();
 }
 
-int Machine::claim(Socket& socket, Client& client, unsigned int interface) {
-  if (interface != 0) return EINVAL;  // all devices here have one
-  const bool taken = std::any_of(
-      socket.clients.begin(), socket.clients.end(),
-      [&](const auto& other) { return other.get() != &client && !other->gone && other->claimed; });
-  if (taken) return EBUSY;
-  client.claimed = true;
-  return 0;
+void Machine::claim(Socket& socket, Client& client, UMockdevIoctlClient* call) {
+  client.claim = kept(call);
+  client.claim_until = Wall::now() + kClaimPatience;
+  socket.answer_claim(client);
+}
+
+bool Socket::held_by_another(const Client& client) const {
+  return std::any_of(clients.begin(), clients.end(), [&](const std::unique_ptr<Client>& other) {
+    return other.get() != &client && other->claimed && !other->gone();
+  });
+}
+
+void Socket::answer_claim(Client& client) const {
+  if (!client.claim) return;
+  const bool held = held_by_another(client);
+  if (held && Wall::now() < client.claim_until) return;
+  client.claimed = !held;
+  const CallPtr call = std::move(client.claim);
+  umockdev_ioctl_client_complete(call.get(), held ? -1 : 0, held ? EBUSY : 0);
 }
 
 int Machine::submit(Socket& socket, Client& client, UMockdevIoctlData* argument) {
@@ -257,7 +269,7 @@ void Machine::reap(Client& client, UMockdevIoctlClient* call) {
     umockdev_ioctl_client_complete(call, -1, EFAULT);
     return;
   }
-  client.reap.reset(static_cast<UMockdevIoctlClient*>(g_object_ref(call)));
+  client.reap = kept(call);
   client.reap_until = Wall::now() + (ending_ ? std::chrono::microseconds(0) : kReapPatience);
   client.answer_reap();
   wake_.notify_one();

@@ -60,7 +60,7 @@ class AptStage final : public devices::RotationStage {
   StatusUpdate checked_status();
   void require_no_alarm(const StatusUpdate& status) const;
   void wait_for_home(Time deadline, std::chrono::milliseconds timeout);
-  void wait_for_arrival(Time deadline, std::chrono::milliseconds timeout);
+  void wait_for_arrival(Time deadline);
   void wait_for_settling(Time deadline, std::chrono::milliseconds timeout);
   void pause() const;
   std::int32_t steps_at(Angle joint) const;

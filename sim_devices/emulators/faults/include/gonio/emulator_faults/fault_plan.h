@@ -60,6 +60,9 @@ class FaultPlan {
   /// `seed` of the probabilities: the same opportunities in the same order give the same strikes.
   explicit FaultPlan(std::vector<FaultRule> rules = {}, std::uint64_t seed = 1);
 
+  /// From now on this rule holds too. Throws as FaultRule::validate().
+  void add(FaultRule rule);
+
   /// Takes one opportunity: does `fault` strike `device` at `now` (the world's time)?
   bool strikes(Fault fault, std::string_view device, std::chrono::nanoseconds now);
 
