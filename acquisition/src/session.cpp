@@ -93,6 +93,17 @@ class Session {
           take_bracket(devices_, instrument_, options_, regions, start, record, archive_);
       start = found.start;
       longest = std::max(longest, found.longest);
+      if (found.dark_regions == found.regions) {
+        const std::string text =
+            fmt::format("the white is dark in channel {} even after {:g} s: is the lamp on?",
+                        channel.name, devices::to_seconds(found.longest));
+        // Without a white nothing that follows would be worth anything.
+        if (points_done_ == 0) {
+          throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(),
+                                     text);
+        }
+        warn(text);
+      }
       if (found.saturated_regions > 0) {
         warn(fmt::format("white saturates in channel {} at the shortest exposure", channel.name));
       }

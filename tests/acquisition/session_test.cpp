@@ -172,8 +172,34 @@ TEST_F(Session, ReadsTheEncodersAgainWhenTheyDoNotAnswer) {
 }
 
 TEST_F(Session, CallsAPointTooDarkWhenEvenTheLongestExposureIsEmpty) {
-  rig_.camera.lit_dn_per_s = 0.01;
+  rig_.camera.on_capture = [&] {
+    rig_.camera.lit_dn_per_s = rig_.changer.mounted() == devices::Target::sample ? 0.01 : 50000.0;
+  };
   EXPECT_EQ(run().points.at(0).outcome, PointOutcome::TooDark);
+}
+
+TEST_F(Session, EndsAtOnceWhenTheOpeningWhiteIsDark) {
+  rig_.camera.on_capture = [&] {
+    rig_.camera.lit_dn_per_s = rig_.light.lit == "G" ? 0.0 : 50000.0;
+  };
+  try {
+    run();
+    FAIL() << "measured without a white";
+  } catch (const devices::DeviceError& error) {
+    EXPECT_EQ(error.code(), devices::DeviceErrc::Fault);
+    EXPECT_THAT(error.what(), HasSubstr("channel G"));
+  }
+  expect_safe();
+}
+
+TEST_F(Session, WarnsOfADarkClosingWhite) {
+  int points = 0;
+  rig_.stages[0]->on_move = [&](FakeStage&) { ++points; };
+  rig_.camera.on_capture = [&] {
+    const bool closing = points > 2 && rig_.changer.mounted() == devices::Target::white;
+    rig_.camera.lit_dn_per_s = closing ? 0.0 : 50000.0;
+  };
+  EXPECT_THAT(run().warnings, Contains(HasSubstr("is the lamp on?")));
 }
 
 TEST_F(Session, RetriesATimeoutAndWritesItDown) {

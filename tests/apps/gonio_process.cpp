@@ -15,12 +15,13 @@
 namespace gonio {
 
 GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
-                           const std::filesystem::path& folder, std::uint64_t max_file_bytes) {
+                           const std::filesystem::path& folder, std::uint64_t max_file_bytes,
+                           const std::string& program) {
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe");
   out_file_ = ::memfd_create("gonio-out", MFD_CLOEXEC);
   if (out_file_ < 0) throw std::runtime_error("memfd_create");
-  std::vector<std::string> words{GONIO_PROGRAM};
+  std::vector<std::string> words{program};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());

@@ -16,13 +16,13 @@ struct Ended {
   std::string error;
 };
 
-/// A running `gonio`, standard error on a pipe.
+/// A running `gonio`, or another program, standard error on a pipe.
 ///
 /// `max_file_bytes`  What `ulimit -f` sets: no file may become longer. 0: no limit.
 class GonioProcess {
  public:
   GonioProcess(const std::vector<std::string>& arguments, const std::filesystem::path& folder,
-               std::uint64_t max_file_bytes = 0);
+               std::uint64_t max_file_bytes = 0, const std::string& program = GONIO_PROGRAM);
   ~GonioProcess();
   GonioProcess(const GonioProcess&) = delete;
   GonioProcess& operator=(const GonioProcess&) = delete;
@@ -30,6 +30,7 @@ class GonioProcess {
   /// Blocks until standard error has said `text`; false when the program ends first.
   bool wait_for(const std::string& text);
   void send(int signal);
+  pid_t pid() const { return pid_; }
   Ended wait();
 
  private:

@@ -3,10 +3,12 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
+#include "gonio/console/printable.h"
 #include "gonio/design/published_sets.h"
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/rig/reach.h"
 #include "json_text.h"
+#include "opened_rig.h"
 #include "patch_geometry.h"
 
 namespace gonio::cli {
@@ -14,6 +16,7 @@ namespace {
 
 struct CheckOptions {
   std::string rig;
+  bool connect = false;
   bool json = false;
 };
 
@@ -47,12 +50,17 @@ int check(Context& context, const CheckOptions& options) {
   for (const brdf::HalfDiff& direction : published.directions) {
     if (!inverse.solve(direction).poses.empty()) ++published_reached;
   }
+  // Nothing moves: opening a device asks who it is and closes the shutter.
+  std::vector<DeviceIdentity> devices;
+  if (options.connect) devices = open_rig(file, Parts::all)->identities();
   const bool in_plane_only = rig::reach_rank(known.rig) < 3;
   if (options.json) {
     nlohmann::ordered_json refused = nlohmann::ordered_json::object();
     for (const auto& [reason, cells] : reach.refused) {
       refused[std::string(rig::to_string(reason))] = cells;
     }
+    nlohmann::ordered_json identities = nlohmann::ordered_json::object();
+    for (const DeviceIdentity& each : devices) identities[each.device] = each.identity;
     const nlohmann::ordered_json result = {{"rig", known.rig.name},
                                            {"driver", to_string(file.driver)},
                                            {"calibration", known.id},
@@ -62,7 +70,8 @@ int check(Context& context, const CheckOptions& options) {
                                            {"valid_cells", reach.valid_cells},
                                            {"reachable_cells", reach.reachable_cells},
                                            {"refused_cells", refused},
-                                           {"published_ten_reached", published_reached}};
+                                           {"published_ten_reached", published_reached},
+                                           {"devices", identities}};
     context.console.result(json_text(result));
     return kSuccess;
   }
@@ -82,6 +91,9 @@ int check(Context& context, const CheckOptions& options) {
   if (in_plane_only) text += "  the axes reach in-plane directions only\n";
   text += fmt::format("published ten   {} of {} reached\n", published_reached,
                       published.directions.size());
+  for (const DeviceIdentity& each : devices) {
+    text += fmt::format("device          {:<12} {}\n", each.device, printable_line(each.identity));
+  }
   context.console.result(text);
   return kSuccess;
 }
@@ -107,6 +119,8 @@ void add_rig(const Command& root) {
   const Command check_command =
       rig.add("check", "Validate a rig file; say its reach", "gonio rig check rigs/simulated.toml");
   check_command.text("RIG", check_options->rig, "Rig file", Need::required);
+  check_command.flag("--connect", check_options->connect,
+                     "Open every device as well and say who answers; nothing moves");
   check_command.flag("--json", check_options->json, "Print JSON");
   check_command.on_call(check_options, check);
   const Command example_command =

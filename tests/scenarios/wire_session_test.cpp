@@ -1,0 +1,196 @@
+// The programs as a person runs them, over the real protocols: `gonio` drives what `gonio-emulate`
+// puts on the wire.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "gonio/samples/samples.h"
+#include "gonio_process.h"
+#include "temporary_folder.h"
+
+namespace gonio {
+namespace {
+
+using testing::HasSubstr;
+
+/// rigs/wire.toml at a sixteenth of the pixels. Sixteen whites, because what is left of their noise
+/// moves all samples of a session together; no fixed pattern, because it is in a sample's sigma and
+/// the same in two sessions of one sensor.
+std::string small_wire_rig() {
+  std::ifstream file(std::string(GONIO_RIGS) + "/wire.toml");
+  return std::string(std::istreambuf_iterator<char>(file), {}) + R"(
+[camera]
+width_px = 80
+height_px = 64
+fx_px = 345.0
+fy_px = 345.0
+cx_px = 39.5
+cy_px = 31.5
+prnu = 0
+dsnu_e = 0
+[session]
+white_frames = 16
+dark_frames = 4
+[simulation]
+material = "builtin:gold-satin"
+)";
+}
+
+class OnTheWire : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_.write("rig.toml", small_wire_rig());
+    folder_.write("list.csv",
+                  "theta_h_deg,theta_d_deg,phi_d_deg\n3,12,28\n39,60,89\n15,30,130\n2,60,180\n"
+                  "20,20,60\n");
+  }
+
+  static std::vector<std::string> words(std::vector<std::string> first,
+                                        const std::vector<std::string>& then) {
+    first.insert(first.end(), then.begin(), then.end());
+    return first;
+  }
+
+  Ended gonio(const std::vector<std::string>& arguments, int expected = 0) {
+    const Ended ended = run_gonio(arguments, folder_.path());
+    EXPECT_EQ(ended.exit_code, expected) << testing::PrintToString(arguments) << ended.error;
+    return ended;
+  }
+
+  /// `gonio ARGUMENTS` inside the emulated machine.
+  Ended emulated(const std::vector<std::string>& options, const std::vector<std::string>& arguments,
+                 int expected = 0) {
+    const Ended ended =
+        GonioProcess(emulation(options, arguments), folder_.path(), 0, GONIO_EMULATE).wait();
+    EXPECT_EQ(ended.exit_code, expected) << testing::PrintToString(arguments) << ended.error;
+    return ended;
+  }
+
+  static std::vector<std::string> emulation(const std::vector<std::string>& options,
+                                            const std::vector<std::string>& arguments) {
+    return words(words({"rig.toml"}, options), words({"--", GONIO_PROGRAM}, arguments));
+  }
+
+  samples::SampleSet reduced(const std::string& session) {
+    gonio({"reduce", session, "--out", session + ".csv"});
+    return samples::read_samples(folder_.path() / (session + ".csv"));
+  }
+
+  TemporaryFolder folder_;
+};
+
+// The same rig, the same hidden errors, other noise: what the drivers bring home is what a session
+// in process brings home.
+TEST_F(OnTheWire, AWholeSessionAgreesWithTheOneInProcess) {
+  gonio({"measure", "rig.toml", "--simulate", "--plan", "list.csv", "--out", "simulated"});
+  emulated({"--time-scale", "50", "--noise-seed", "2", "--account", "account.json"},
+           {"measure", "rig.toml", "--plan", "list.csv", "--out", "wire"});
+  const samples::SampleSet simulated = reduced("simulated");
+  const samples::SampleSet wire = reduced("wire");
+  ASSERT_EQ(wire.samples.size(), simulated.samples.size());
+  double sum = 0.0;
+  double squares = 0.0;
+  int count = 0;
+  for (std::size_t i = 0; i < wire.samples.size(); ++i) {
+    const samples::Sample& a = simulated.samples[i];
+    const samples::Sample& b = wire.samples[i];
+    ASSERT_NEAR(a.direction.theta_h.degrees(), b.direction.theta_h.degrees(), 0.01);
+    for (int c = 0; c < 3; ++c) {
+      const double z = (a.value_per_sr[c] - b.value_per_sr[c]) /
+                       std::hypot(a.sigma_per_sr[c], b.sigma_per_sr[c]);
+      sum += z;
+      squares += z * z;
+      ++count;
+    }
+  }
+  ASSERT_GE(count, 5 * 24 * 3);  // a spot may lie outside the picture
+  RecordProperty("mean_z", std::to_string(sum / count));
+  RecordProperty("chi2_per_dof", std::to_string(squares / count));
+  EXPECT_LT(std::abs(sum / count), 0.2);
+  EXPECT_GT(squares / count, 0.8);
+  EXPECT_LT(squares / count, 1.25);
+
+  const Ended status = gonio({"status", "wire", "--json"});
+  const auto metadata = nlohmann::json::parse(status.out)["metadata"];
+  EXPECT_EQ(metadata["driver"], "hardware");
+  EXPECT_THAT(metadata["device_tilt"].get<std::string>(), HasSubstr("55000001"));
+  EXPECT_THAT(metadata["device_monitor"].get<std::string>(), HasSubstr("P0000001"));
+  std::ifstream file(folder_.path() / "account.json");
+  EXPECT_GT(nlohmann::json::parse(file)["exposures_s"].get<double>(), 0.0);
+}
+
+TEST_F(OnTheWire, FindsWhatIsConnected) {
+  const Ended found = emulated({}, {"devices", "--json"});
+  const auto devices = nlohmann::json::parse(found.out);
+  ASSERT_EQ(devices["cameras"].size(), 1U);
+  EXPECT_EQ(devices["cameras"][0]["address"], "127.0.0.1");
+  ASSERT_EQ(devices["usb"].size(), 2U);
+  EXPECT_EQ(devices["usb"][0]["serial"], "55000001");
+  EXPECT_EQ(devices["serial_ports"][0]["port"], "/dev/ttyUSB0");
+}
+
+TEST_F(OnTheWire, NothingIsThereWithoutTheEmulation) {
+  const Ended ended = gonio({"home", "rig.toml"}, 3);
+  EXPECT_THAT(ended.error, HasSubstr("disconnected"));
+}
+
+// The axes would travel for four seconds; half a second into it the program is killed. What stands
+// afterwards, read by another program, is on the way and stays there.
+TEST_F(OnTheWire, AKilledProgramLeavesStandingAxesAndAClosedShutter) {
+  folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
+"$gonio" home rig.toml -q >&2 || exit 9
+"$gonio" goto rig.toml lamp_arm=10 azimuth=60 tilt=40 -v 2>log &
+until grep -q "about" log; do :; done
+sleep 0.5
+kill -KILL $!
+wait $!
+echo "ended by $?" >&2
+# Ports are free again when the watchdog has gone.
+until "$gonio" jog rig.toml tilt 0 --json >first 2>>log; do :; done
+"$gonio" jog rig.toml tilt 0 --json >second
+cat log >&2
+)");
+  const Ended ended =
+      GonioProcess({"rig.toml", "--", "bash", "kill.sh"}, folder_.path(), 0, GONIO_EMULATE).wait();
+  EXPECT_THAT(ended.error, HasSubstr("ended by 137"));
+  EXPECT_THAT(ended.error, HasSubstr("axes stopped, shutter closed"));
+  const auto first = nlohmann::json::parse(folder_.read("first"));
+  EXPECT_LT(first["lamp_arm_deg"].get<double>(), 89.0);
+  EXPECT_GT(first["lamp_arm_deg"].get<double>(), 11.0);
+  EXPECT_LT(first["azimuth_deg"].get<double>(), 59.0);
+  EXPECT_LT(first["tilt_deg"].get<double>(), 39.0);
+  EXPECT_EQ(nlohmann::json::parse(folder_.read("second")), first);
+}
+
+TEST_F(OnTheWire, RefusesToEmulateWhatOthersCouldSee) {
+  std::string rig = small_wire_rig();
+  const std::string id = "id = \"127.0.0.1\"";
+  rig.replace(rig.find(id), id.size(), "id = \"192.168.1.50\"");
+  folder_.write("rig.toml", rig);
+  const Ended ended =
+      GonioProcess({"rig.toml", "--", "true"}, folder_.path(), 0, GONIO_EMULATE).wait();
+  EXPECT_EQ(ended.exit_code, 2);
+  EXPECT_THAT(ended.error, HasSubstr("begins with 127."));
+}
+
+TEST_F(OnTheWire, PassesOnTheCommandsExitCode) {
+  const auto code = [&](const std::string& script) {
+    return GonioProcess({"rig.toml", "--", "sh", "-c", script}, folder_.path(), 0, GONIO_EMULATE)
+        .wait()
+        .exit_code;
+  };
+  EXPECT_EQ(code("exit 7"), 7);
+  EXPECT_EQ(code("kill -TERM $$"), 128 + SIGTERM);
+}
+
+}  // namespace
+}  // namespace gonio
