@@ -16,6 +16,7 @@
 #include "gonio/samples/samples.h"
 #include "gonio_process.h"
 #include "temporary_folder.h"
+#include "workflow.h"
 
 namespace gonio {
 namespace {
@@ -126,6 +127,18 @@ TEST_F(OnTheWire, AWholeSessionAgreesWithTheOneInProcess) {
   EXPECT_THAT(metadata["device_monitor"].get<std::string>(), HasSubstr("P0000001"));
   std::ifstream file(folder_.path() / "account.json");
   EXPECT_GT(nlohmann::json::parse(file)["exposures_s"].get<double>(), 0.0);
+
+  std::vector<std::string> train = kTrain;
+  std::erase(train, "builtin:gold-satin");
+  gonio(words(train, {"--out", "basis.h5", "--components", "8"}));
+  for (const std::string session : {"simulated", "wire"}) {
+    gonio({"reconstruct", session + ".csv", "--basis", "basis.h5", "--out", session + ".binary"});
+  }
+  const auto compared = nlohmann::json::parse(
+      gonio({"compare", "simulated.binary", "wire.binary", "--json"}).out);
+  RecordProperty("psnr_db", compared["psnr_a_db"].dump());
+  // Far above what separates a reconstruction from its material.
+  EXPECT_GT(compared["psnr_a_db"].get<double>(), 45.0);
 }
 
 TEST_F(OnTheWire, FindsWhatIsConnected) {
