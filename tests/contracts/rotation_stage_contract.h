@@ -23,7 +23,8 @@ namespace gonio::contracts {
 struct StageUnderTest {
   std::shared_ptr<devices::RotationStage> stage;  ///< not homed; keeps its world alive
   Angle home;                                     ///< joint angle of the home mark
-  Angle resolution;  ///< how close a reported angle comes to its target
+  Angle resolution;             ///< how close a reported angle comes to its target
+  bool just_powered_up = true;  ///< false: it may know its home from before
 };
 
 struct StageMaker {
@@ -67,11 +68,13 @@ TEST_P(RotationStageContract, HasANameAndAnOrderedRange) {
 }
 
 TEST_P(RotationStageContract, RefusesToMoveBeforeHoming) {
+  if (!made_.just_powered_up) GTEST_SKIP() << "no test can switch this stage off and on";
   EXPECT_THAT([&] { stage_.begin_move_to(at_share(0.5)); },
               ThrowsDeviceError(devices::DeviceErrc::NotHomed));
 }
 
 TEST_P(RotationStageContract, KnowsNoAngleBeforeHoming) {
+  if (!made_.just_powered_up) GTEST_SKIP() << "no test can switch this stage off and on";
   EXPECT_THAT([&] { stage_.wait_until_settled(kPatience); },
               ThrowsDeviceError(devices::DeviceErrc::NotHomed));
 }
@@ -207,8 +210,8 @@ TEST_P(RotationStageContract, RearmWithoutStopChangesNothing) {
 
 TEST_P(RotationStageContract, ErrorsNameTheStage) {
   try {
-    stage_.begin_move_to(at_share(0.5));
-    FAIL() << "moved before homing";
+    stage_.begin_move_to(stage_.limits().max + Angle::from_degrees(1.0));
+    FAIL() << "moved beyond its limits";
   } catch (const devices::DeviceError& error) {
     EXPECT_EQ(error.device(), stage_.name());
   }

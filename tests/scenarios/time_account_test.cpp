@@ -40,8 +40,8 @@ TEST(TimeAccount, NothingTookNoTime) {
 }
 
 TEST(AxisWatch, NotesHowLongAnAxisIsNotAtRest) {
-  sim::SimOptions options = sim::nominal_options(
-      std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)), 1);
+  sim::SimOptions options =
+      sim::nominal_options(std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)), 1);
   options.time_scale = 100.0;
   options.runs_by_itself = true;
   sim::SimGoniometer world(options);

@@ -134,8 +134,8 @@ TEST_F(OnTheWire, AWholeSessionAgreesWithTheOneInProcess) {
   for (const std::string session : {"simulated", "wire"}) {
     gonio({"reconstruct", session + ".csv", "--basis", "basis.h5", "--out", session + ".binary"});
   }
-  const auto compared = nlohmann::json::parse(
-      gonio({"compare", "simulated.binary", "wire.binary", "--json"}).out);
+  const auto compared =
+      nlohmann::json::parse(gonio({"compare", "simulated.binary", "wire.binary", "--json"}).out);
   RecordProperty("psnr_db", compared["psnr_a_db"].dump());
   // Far above what separates a reconstruction from its material.
   EXPECT_GT(compared["psnr_a_db"].get<double>(), 45.0);

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "command.h"
-#include "connected_devices.h"
+#include "gonio/opened_rig/connected_devices.h"
 #include "json_text.h"
 
 namespace gonio::cli {

@@ -6,9 +6,9 @@
 #include "gonio/console/printable.h"
 #include "gonio/design/published_sets.h"
 #include "gonio/instrument/calibration_file.h"
+#include "gonio/opened_rig/opened_rig.h"
 #include "gonio/rig/reach.h"
 #include "json_text.h"
-#include "opened_rig.h"
 #include "patch_geometry.h"
 
 namespace gonio::cli {

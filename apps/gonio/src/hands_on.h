@@ -5,8 +5,8 @@
 
 #include "command.h"
 #include "gonio/acquisition/guarded_devices.h"
+#include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
-#include "opened_rig.h"
 
 namespace gonio::cli {
 

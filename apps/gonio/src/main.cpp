@@ -7,7 +7,7 @@
 
 #include "command.h"
 #include "gonio/console/printable.h"
-#include "watchdog.h"
+#include "gonio/opened_rig/watchdog.h"
 
 namespace {
 

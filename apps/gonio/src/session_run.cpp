@@ -11,9 +11,9 @@
 #include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
+#include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
 #include "gonio/version/version.h"
-#include "opened_rig.h"
 
 namespace gonio::cli {
 namespace {

@@ -1,4 +1,4 @@
-#include "watchdog.h"
+#include "gonio/opened_rig/watchdog.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -17,7 +17,7 @@
 
 #include "gonio/console/failures.h"
 #include "gonio/console/printable.h"
-#include "opened_rig.h"
+#include "gonio/opened_rig/opened_rig.h"
 
 extern char** environ;
 

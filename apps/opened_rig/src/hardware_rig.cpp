@@ -18,11 +18,11 @@
 #include "gonio/modbus_light/modbus_light.h"
 #include "gonio/modbus_stage/modbus_stage.h"
 #include "gonio/modbus_stage/stop_drive.h"
+#include "gonio/opened_rig/opened_rig.h"
+#include "gonio/opened_rig/watchdog.h"
 #include "gonio/setup/drive_profile_file.h"
 #include "gonio/usb_bus/ftdi_port.h"
 #include "gonio/usbtmc_monitor/usbtmc_monitor.h"
-#include "opened_rig.h"
-#include "watchdog.h"
 
 namespace gonio::cli {
 namespace {

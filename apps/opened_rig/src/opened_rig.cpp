@@ -1,4 +1,4 @@
-#include "opened_rig.h"
+#include "gonio/opened_rig/opened_rig.h"
 
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/setup/simulated_rig.h"

@@ -1,4 +1,4 @@
-#include "connected_devices.h"
+#include "gonio/opened_rig/connected_devices.h"
 
 #include <algorithm>
 #include <filesystem>
