@@ -188,6 +188,8 @@ TEST_F(UsbStageFaults, AlarmIsAFaultUntilThePowerIsCycled) {
 TEST_F(UsbStageFaults, LimitSwitchIsAFaultUntilHomed) {
   rig_.add_fault("limit_switch@azimuth:count=1");
   EXPECT_THAT([&] { move_there_and_wait(); }, says(DeviceErrc::Fault, "limit switch"));
+  stage_->stop();
+  stage_->rearm();  // as a session does: a switch is driven off by homing only
   EXPECT_THAT([&] { stage_->begin_move_to(far_); }, ThrowsDeviceError(DeviceErrc::Fault));
   stage_->home(kPatience);
   expect_works();

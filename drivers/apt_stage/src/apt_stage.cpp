@@ -239,7 +239,7 @@ Angle AptStage::wait_until_settled(std::chrono::milliseconds timeout) {
 
 void AptStage::wait_for_arrival(Time deadline) {
   const Time begin = clock_.now();
-  std::optional<Time> standing_since;
+  Time went_on_at = begin;  // when it last moved, or was where it should be
   while (true) {
     const StatusUpdate status = checked_status();
     gate_.require_not_stopped();
@@ -248,12 +248,8 @@ void AptStage::wait_for_arrival(Time deadline) {
     const bool there = distance_deg(status, *target_) <= model_.in_position_deg;
     if (completed && !moving && there) break;
     const Time now = clock_.now();
-    if (moving || there) {
-      standing_since.reset();
-    } else if (!standing_since) {
-      standing_since = now;
-    }
-    if (now >= deadline || (standing_since && now >= *standing_since + kStandingPatience)) {
+    if (moving || there) went_on_at = now;
+    if (now >= deadline || now >= went_on_at + kStandingPatience) {
       throw DeviceError(
           DeviceErrc::Timeout, name(),
           fmt::format("not in position within {} ms: {}, {}, {:.4f} deg from its target",
@@ -296,7 +292,8 @@ void AptStage::rearm() {
                         std::chrono::duration_cast<Time>(std::chrono::duration<double>(braking_s));
   try {
     while (true) {
-      const StatusUpdate status = link_->ask_status();
+      StatusUpdate status = link_->ask_status();
+      status.bits &= ~status::kLimits;  // home() drives off a switch, and needs this first
       require_no_alarm(status);
       if (!status.has(status::kInMotion)) break;
       if (clock_.now() >= deadline) {

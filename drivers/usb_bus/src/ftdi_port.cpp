@@ -61,7 +61,7 @@ FtdiPort::FtdiPort(std::shared_ptr<UsbDevice> device, Options options)
 }
 
 void FtdiPort::set_up() {
-  request(kReset, kResetChip, 0);
+  request(kReset, kResetChip, kPort);
   request(kBaudRate, kBaud115200, 0);
   request(kDataFormat, k8N1, kPort);
   request(kLatency, options_.latency_ms, kPort);
