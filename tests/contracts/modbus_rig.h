@@ -26,6 +26,7 @@ using namespace std::chrono_literals;
 enum class Family { leadshine, az };
 
 constexpr double kTimeScale = 50.0;
+constexpr std::chrono::milliseconds kLateBy{250};
 constexpr double kStepsPerDeg = 1000.0;
 
 inline std::vector<emulator_faults::FaultRule> rules(const std::vector<std::string>& texts) {
@@ -52,8 +53,8 @@ class ModbusRig {
         bus_options_(bus_options),
         world_(running_world_options()),
         faults_(std::make_shared<emulator_faults::FaultPlan>(rules(faults))),
-        line_({}, faults_, world_.clock()),
-        server_({}, faults_, world_.clock()),
+        line_({.late_by = kLateBy}, faults_, world_.clock()),
+        server_({.late_by = kLateBy}, faults_, world_.clock()),
         clock_(kTimeScale) {
     for (std::size_t axis = 0; axis < world_.axis_count(); ++axis) {
       const rig::Axis& described = world_.truth().rig.axes[axis];

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 #include <modbus/modbus.h>
+#include <poll.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 
@@ -34,6 +35,11 @@ constexpr int kFastBaud = 19200;
 constexpr std::chrono::microseconds kFastSilence{1750};
 /// Before a unit that refused for the moment is asked again.
 constexpr std::chrono::milliseconds kBusyPause{20};
+constexpr int kListenSlice_ms = 5;
+/// So many response times after a missing answer it is still expected.
+constexpr int kLateWindow = 4;
+/// By then the rest of a frame has come whose first bytes have (256 characters at 38400 baud).
+constexpr std::chrono::milliseconds kWholeFrame{70};
 
 struct CloseAndFree {
   void operator()(modbus_t* context) const noexcept {
@@ -78,20 +84,22 @@ class LibmodbusBus final : public ModbusBus {
       throw std::invalid_argument(
           fmt::format("{}: unit: found {}, expected 1 to 247", station.device, station.unit));
     }
-    for (int attempt = 0;; ++attempt) {
+    for (int attempt = 0;;) {
       std::vector<std::uint16_t> words;
       std::optional<Failure> failure;
       {
         const auto hold = turn_.take(manner.urgent);
+        if (!manner.urgent && !late_answers_are_over()) continue;  // somebody urgent waits
         if (manner.given_up && manner.given_up()) {
           throw DeviceError(DeviceErrc::Stopped, station.device, "stopped before it was sent");
         }
         open_if_closed(station.device, manner.urgent);
         failure = exchange(station, request, words);
+        if (!failure && wary_ && !manner.urgent) failure = find_second_answer();
       }
       if (!failure) return words;
       const bool harmless = manner.repeatable || failure->done_nothing;
-      if (!failure->again || !harmless || attempt >= options_.retries) {
+      if (!failure->again || !harmless || attempt++ >= options_.retries) {
         throw DeviceError(failure->code, station.device,
                           fmt::format("{} (unit {} on {})", failure->what, station.unit, name_));
       }
@@ -116,7 +124,7 @@ class LibmodbusBus final : public ModbusBus {
       std::array<std::uint8_t, MODBUS_MAX_ADU_LENGTH> buffer{};
       const int received = receive(buffer.data(), deadline);
       free_from_ = Wall::now() + silence();
-      if (received < 0) return without_answer(errno, foreign, deadline);
+      if (received < 0) return without_answer(errno, foreign);
       if (received == 0) {  // libmodbus: a frame of another unit
         foreign = "answer of another unit";
         continue;
@@ -145,7 +153,7 @@ class LibmodbusBus final : public ModbusBus {
           foreign = std::move(answer.what);
           continue;
         case Answer::Kind::malformed:
-          mistrust_line();
+          expect_late_answer();
           return Failure{DeviceErrc::Protocol, "broken answer: " + answer.what, true, false};
       }
     }
@@ -186,11 +194,11 @@ class LibmodbusBus final : public ModbusBus {
     return modbus_receive_confirmation(context_.get(), buffer);
   }
 
-  Failure without_answer(int error, const std::string& foreign, Wall::time_point deadline) {
+  Failure without_answer(int error, const std::string& foreign) {
     if (link_is_gone(error)) return lost("the link is gone");
-    mistrust_line();
     if (error == EMBBADCRC) return {DeviceErrc::Protocol, "wrong checksum", true, false};
-    if (error != ETIMEDOUT || Wall::now() < deadline - options_.response_timeout) {
+    expect_late_answer();
+    if (error != ETIMEDOUT) {
       return {DeviceErrc::Protocol, std::string("broken answer: ") + modbus_strerror(error), true,
               false};
     }
@@ -201,13 +209,50 @@ class LibmodbusBus final : public ModbusBus {
             true, false};
   }
 
-  /// Bytes of the attempt that failed may still come.
-  void mistrust_line() {
+  /// RTU has nothing by which to tell a late answer from the one to the next request, so a line
+  /// with an answer outstanding is listened to. A TCP connection takes its late answers with it.
+  void expect_late_answer() {
     if (tcp_) {
       context_.reset();
-    } else {
-      turn_.keep_quiet_until(Wall::now() + options_.response_timeout);
+      return;
     }
+    ++outstanding_;
+    listen_until_ = Wall::now() + kLateWindow * options_.response_timeout;
+  }
+
+  /// Listens until all that is outstanding has come or will not come any more. False when somebody
+  /// urgent waits.
+  bool late_answers_are_over() {
+    while (context_ && outstanding_ > 0 && Wall::now() < listen_until_) {
+      if (turn_.urgent_waits()) return false;
+      if (!bytes_come()) continue;
+      std::this_thread::sleep_for(kWholeFrame);
+      modbus_flush(context_.get());
+      if (--outstanding_ == 0) return true;
+    }
+    wary_ = wary_ || outstanding_ > 0;
+    outstanding_ = 0;
+    return true;
+  }
+
+  /// Where an answer never came, the first one after it may be that one, later still: then another
+  /// follows.
+  std::optional<Failure> find_second_answer() {
+    const Wall::time_point quiet = Wall::now() + options_.response_timeout;
+    while (Wall::now() < quiet) {
+      if (turn_.urgent_waits()) return std::nullopt;  // wary still
+      if (bytes_come()) {
+        expect_late_answer();
+        return Failure{DeviceErrc::Protocol, "two answers to one request", true, false};
+      }
+    }
+    wary_ = false;
+    return std::nullopt;
+  }
+
+  bool bytes_come() {
+    pollfd line{modbus_get_socket(context_.get()), POLLIN, 0};
+    return ::poll(&line, 1, kListenSlice_ms) > 0;
   }
 
   Failure lost(const char* what) {
@@ -220,7 +265,8 @@ class LibmodbusBus final : public ModbusBus {
       std::uint8_t byte = 0;
       const int socket = modbus_get_socket(context_.get());
       // The other side may close while nothing is asked; better found before a request is lost.
-      if (::recv(socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0) context_.reset();
+      const auto peeked = ::recv(socket, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+      if (peeked == 0 || (peeked < 0 && errno != EAGAIN && errno != EWOULDBLOCK)) context_.reset();
     }
     if (context_) return;
     if (!urgent && Wall::now() < no_open_before_) {
@@ -277,6 +323,10 @@ class LibmodbusBus final : public ModbusBus {
   Wall::time_point free_from_{};
   Wall::time_point no_open_before_{};
   std::uint16_t transaction_ = 0;
+  // RTU:
+  int outstanding_ = 0;  ///< answers that did not come in time and may still
+  Wall::time_point listen_until_{};
+  bool wary_ = false;  ///< one of them never came
 };
 
 }  // namespace

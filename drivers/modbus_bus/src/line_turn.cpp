@@ -9,19 +9,15 @@ LineTurn::Hold LineTurn::take(bool urgent) {
     changed_.wait(lock, [this] { return !taken_; });
     --urgent_waiting_;
   } else {
-    while (true) {
-      changed_.wait(lock, [this] { return !taken_ && urgent_waiting_ == 0; });
-      if (std::chrono::steady_clock::now() >= quiet_until_) break;
-      changed_.wait_until(lock, quiet_until_);
-    }
+    changed_.wait(lock, [this] { return !taken_ && urgent_waiting_ == 0; });
   }
   taken_ = true;
   return Hold(*this);
 }
 
-void LineTurn::keep_quiet_until(TimePoint time) {
+bool LineTurn::urgent_waits() const {
   const std::lock_guard lock(mutex_);
-  quiet_until_ = time;
+  return urgent_waiting_ > 0;
 }
 
 void LineTurn::give_back() {

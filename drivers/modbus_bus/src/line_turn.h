@@ -1,6 +1,5 @@
 #pragma once
 
-#include <chrono>
 #include <condition_variable>
 #include <mutex>
 
@@ -11,8 +10,6 @@ namespace gonio::modbus_bus {
 /// Threads  All members from any thread.
 class LineTurn {
  public:
-  using TimePoint = std::chrono::steady_clock::time_point;
-
   /// The turn; given back by its destructor.
   class Hold {
    public:
@@ -25,20 +22,18 @@ class LineTurn {
     LineTurn* turn_;
   };
 
-  /// Waits for the turn. Who is not urgent also waits until the line may be used again.
   Hold take(bool urgent);
 
-  /// Nobody but urgent ones gets the turn before `time`.
-  void keep_quiet_until(TimePoint time);
+  /// Whether somebody urgent waits.
+  bool urgent_waits() const;
 
  private:
   void give_back();
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool taken_ = false;
   int urgent_waiting_ = 0;
-  TimePoint quiet_until_{};
 };
 
 }  // namespace gonio::modbus_bus

@@ -39,14 +39,15 @@ struct BusOptions {
   void validate() const;
 };
 
-/// Opens a line. It keeps the port for itself, leaves 3.5 characters of silence between frames,
-/// and after an attempt without an answer keeps the line quiet for response_timeout, so that a late
-/// answer is not taken for the next one; only urgent requests do not wait for that.
+/// Opens a line. It keeps the port for itself and leaves 3.5 characters of silence between frames.
 ///
-/// A transaction takes at most response_timeout and its time on the line; with all its attempts and
-/// silences (1 + retries) times twice that. A port that hung up is opened again at the next
-/// request.
-///
+/// Late     After an attempt without an answer the line is listened to for four times
+/// response_timeout or until the answer comes, and after the next answer once more: a second one
+/// shows that the first was the late one, and the request is asked again. Urgent requests wait for
+/// neither. A write is matched by its echo in any case.
+/// Time     A transaction takes response_timeout and its time on the line at most; with all its
+/// attempts and the listening, (1 + retries) times six times that.
+/// Lost     A port that hung up is opened again at the next request.
 /// Errors   std::invalid_argument; DeviceError Disconnected in the name of the line: it does not
 ///          open, or another program has it.
 std::shared_ptr<ModbusBus> open_rtu(const RtuLine& line, const BusOptions& options = {});

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,6 +42,9 @@ struct DriveState {
   std::int64_t steps = 0;  ///< feedback
 };
 
+class DriveLink;
+struct MoveNumbers;
+
 /// One axis of a Modbus drive.
 ///
 /// Angle    home + steps / steps_per_deg, negated when reversed. What wait_until_settled() returns
@@ -60,6 +64,7 @@ class ModbusStage final : public devices::RotationStage {
   ModbusStage(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit, devices::AxisSetup setup,
               DriveProfile profile, DriveScale scale, devices::Clock& clock,
               StageOptions options = {});
+  ~ModbusStage() override;
 
   const std::string& name() const override { return gate_.name(); }
   devices::JointLimits limits() const override { return gate_.limits(); }
@@ -79,19 +84,13 @@ class ModbusStage final : public devices::RotationStage {
 
  private:
   void identify();
-  void leave_out_unconfirmed();
-  std::vector<std::uint16_t> ask(const modbus_bus::Request& request,
-                                 const modbus_bus::Manner& manner);
-  std::int64_t read(const std::string& register_name);
-  void send(const Command& command, bool starts_motion);
+  void link_failed(devices::DeviceErrc code);
   bool send_stop() noexcept;
   void release_stop();
+  std::function<bool()> unless_stopped() const;
 
-  DriveState read_state(bool with_steps);
   void require_sound(const DriveState& state);
   void require_following();
-  std::string alarm_text();
-  std::string limit_text();
   std::string standing_text(const DriveState& state) const;
 
   bool on_target(const DriveState& state) const;
@@ -101,17 +100,17 @@ class ModbusStage final : public devices::RotationStage {
   void wait_until_standing();
   [[noreturn]] void fail(devices::DeviceErrc code, const std::string& message) const;
 
+  MoveNumbers numbers_to(std::int32_t steps) const;
   Angle angle_from_steps(std::int64_t steps) const;
   std::int32_t steps_from_angle(Angle angle) const;
 
-  std::shared_ptr<modbus_bus::ModbusBus> bus_;
-  modbus_bus::Station station_;
   devices::AxisSetup setup_;
-  DriveProfile profile_;
   double steps_per_deg_;  ///< negative when reversed
   devices::Clock& clock_;
   StageOptions options_;
   devices::StageGate gate_;
+  std::unique_ptr<DriveLink> link_;
+  const DriveProfile& profile_;            ///< the link's
   devices::Clock::Duration braking_time_;  ///< that a stop may take, with a margin
   std::int64_t speed_ = 0;                 ///< in the drive's units
   std::int64_t acceleration_ = 0;

@@ -30,7 +30,7 @@ class ModbusRtuLine {
     int stop_bits = 1;
     std::chrono::milliseconds late_by{500};  ///< of late_reply, on the host's clock
     /// A symbolic link to the port, made anew here and removed at the end; empty: none.
-    std::filesystem::path link;
+    std::filesystem::path link = {};
   };
 
   /// `clock` is the world's and outlives the line; `faults` may be null. Throws std::system_error.
