@@ -185,6 +185,7 @@ TEST(ModbusBusOnTheWire, MotionThatWaitedBehindAStopIsNotSent) {
   stage->home(300s);
   const Angle before = stage->wait_until_settled(300s);
   // Somebody without an answer has the line; the move waits behind him, then comes the stop.
+  const std::size_t frames = rig.line().wire_log().intervals().size();
   auto silent = std::async(std::launch::async, [&] {
     EXPECT_THAT(
         [&] {
@@ -192,6 +193,10 @@ TEST(ModbusBusOnTheWire, MotionThatWaitedBehindAStopIsNotSent) {
         },
         ThrowsDeviceError(DeviceErrc::Timeout));
   });
+  const auto patience = Host::now() + 5s;
+  while (rig.line().wire_log().intervals().size() == frames && Host::now() < patience) {
+    std::this_thread::yield();
+  }
   auto move = std::async(std::launch::async, [&] { stage->begin_move_to(stage->limits().min); });
   const bool waits = move.wait_for(100ms) == std::future_status::timeout;
   stage->stop();

@@ -178,6 +178,14 @@ TEST_P(ModbusFaults, IgnoredStopIsAFaultAndTheStageStaysStopped) {
               ThrowsDeviceError(DeviceErrc::Stopped));
 }
 
+TEST_P(ModbusFaults, StopOfAnotherProcessIsTakenBackByHoming) {
+  begin("dead_link:count=0");
+  stage_->stop();
+  stage_ = rig_->stage(0);  // as a new process finds the drive after its watchdog
+  stage_->home(kPatience);
+  EXPECT_NEAR(go_to(at_share(0.5)).degrees(), at_share(0.5).degrees(), kResolutionDeg);
+}
+
 INSTANTIATE_TEST_SUITE_P(Modbus, ModbusFaults, testing::Values(Family::leadshine, Family::az),
                          name_of_family);
 

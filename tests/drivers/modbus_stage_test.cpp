@@ -133,6 +133,26 @@ TEST_F(ModbusStageTest, WaitsForTheSettlingTimeOnTheSessionsClock) {
   EXPECT_GE(clock_.now() - before, 100ms);
 }
 
+TEST_F(ModbusStageTest, ReadsASettledAxisWithoutSettlingAgain) {
+  const auto stage = homed();
+  stage->begin_move_to(20.0_deg);
+  stage->wait_until_settled(kPatience);
+  int reads = 0;
+  bus_->on_read = [&](const Request&) { ++reads; };
+  const auto before = clock_.now();
+  stage->wait_until_settled(kPatience);
+  EXPECT_LT(clock_.now() - before, 100ms);
+  EXPECT_EQ(reads, 2);  // status and position
+}
+
+TEST_F(ModbusStageTest, StopThatAnotherProcessLeftSetIsReleasedBeforeHoming) {
+  bus_->registers[kCommand] = 4;
+  const auto stage = make();
+  stage->home(kPatience);
+  ASSERT_EQ(bus_->writes.size(), 2U);
+  EXPECT_EQ(bus_->writes[0].request, modbus_bus::write_register(kCommand, 0));
+}
+
 TEST_F(ModbusStageTest, StandingOffItsTargetIsATimeoutWithBothAngles) {
   const auto stage = homed();
   stage->begin_move_to(20.0_deg);
@@ -185,10 +205,10 @@ TEST_F(ModbusStageTest, HomingEnablesTheDriveAndIsNeverRepeated) {
   status(0);
   const auto stage = make();
   stage->home(kPatience);
-  ASSERT_EQ(bus_->writes.size(), 2U);
-  EXPECT_THAT(bus_->writes[0].request.words, ElementsAre(1));
-  EXPECT_THAT(bus_->writes[1].request.words, ElementsAre(2));
-  EXPECT_FALSE(bus_->writes[1].repeatable);
+  ASSERT_EQ(bus_->writes.size(), 3U);  // release, enable, home
+  EXPECT_THAT(bus_->writes[1].request.words, ElementsAre(1));
+  EXPECT_THAT(bus_->writes[2].request.words, ElementsAre(2));
+  EXPECT_FALSE(bus_->writes[2].repeatable);
 }
 
 TEST_F(ModbusStageTest, HomingThatEndsElsewhereIsATimeoutAndStopped) {

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "gonio/modbus_stage/stop_drive.h"
+
 namespace gonio::modbus_stage {
 
 using devices::DeviceErrc;
@@ -124,10 +126,7 @@ void DriveLink::command(const Command& command, const MoveNumbers& numbers,
 
 bool DriveLink::stop() noexcept {
   try {
-    for (const RegisterWrite& write : profile_.stop) {
-      const Register& to = *profile_.find(write.register_name);
-      bus_->transact(station_, write_request(to, write, {}), {.urgent = true});
-    }
+    stop_drive(*bus_, station_, profile_);
     return true;
   } catch (...) {  // whoever asks for the state next hears why
     return false;

@@ -111,12 +111,14 @@ void ModbusStage::home(std::chrono::milliseconds timeout) {
   const Clock::Duration deadline = deadline_after(clock_.now(), timeout);
   { const auto hold = gate_.hold_for_homing(); }
   target_steps_.reset();
+  settled_ = false;
   try {
     if (!identified_) identify();
     make_ready_for_homing();
     link_->command(profile_.home, {}, unless_stopped());
     wait_for_home(deadline);
     settle(deadline);
+    settled_ = true;
   } catch (const DeviceError&) {
     send_stop();  // an axis that does not know where it is must not drive on
     throw;
@@ -168,6 +170,7 @@ void ModbusStage::wait_for_home(Clock::Duration deadline) {
 void ModbusStage::begin_move_to(Angle target) {
   { const auto hold = gate_.hold_for_move(target); }
   target_steps_ = steps_from_angle(target);
+  settled_ = false;
   link_->command(profile_.move, numbers_to(*target_steps_), unless_stopped());
 }
 
@@ -175,19 +178,18 @@ Angle ModbusStage::wait_until_settled(std::chrono::milliseconds timeout) {
   gate_.require_ready();
   const Clock::Duration deadline = deadline_after(clock_.now(), timeout);
   StandingTime standing;
-  bool has_settled = false;
   while (true) {
     const DriveState state = link_->state(false);
     gate_.require_not_stopped();
     require_sound(state);
     if (state.moving) require_following();
     if (on_target(state)) {
-      if (has_settled) return angle_from_steps(state.steps);
+      if (settled_) return angle_from_steps(state.steps);
       settle(deadline);
-      has_settled = true;
+      settled_ = true;
       continue;
     }
-    has_settled = false;
+    settled_ = false;
     if (standing.longer_than(!state.moving, profile_.start_time + options_.arrival_patience)) {
       // Short of its target and not done: something held it.
       const bool held = !state.arrived && std::abs(state.steps - *target_steps_) > tolerance_steps_;
@@ -241,6 +243,7 @@ void ModbusStage::rearm() {
     if (stop_failed_) stop_failed_ = !send_stop();
     wait_until_standing();
     target_steps_.reset();
+    settled_ = false;
   }
   const DriveState state = link_->state(false);
   if (state.fault) require_sound(state);

@@ -118,7 +118,10 @@ class ModbusStage final : public devices::RotationStage {
   bool identified_ = false;
   std::optional<std::int32_t> target_steps_;  ///< of the move begun last
   std::atomic<std::uint64_t> stops_ = 0;
-  std::atomic<bool> stop_set_ = false;     ///< a stop that has to be released was sent
+  bool settled_ = false;  ///< since then
+  /// A stop may have to be released. So it is at first: another process, a watchdog for one, may
+  /// have sent it.
+  std::atomic<bool> stop_set_ = true;
   std::atomic<bool> stop_failed_ = false;  ///< the last one
   std::atomic<devices::Clock::Duration> stopped_at_{};
 };
