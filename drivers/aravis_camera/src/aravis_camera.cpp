@@ -27,6 +27,8 @@ constexpr double kGainToleranceDb = 0.1;
 constexpr double kBlackLevelToleranceUnits = 1.0;
 
 constexpr std::chrono::milliseconds kBetweenAttempts{200};
+// A live picture may lose frames, but not all of them.
+constexpr int kBadInARow = 20;
 
 std::chrono::nanoseconds host_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
@@ -112,11 +114,16 @@ class AravisCamera::Machine {
       link_->restart(true);
       sequence_.restart();
       const CameraState state = verified(exposure, true);
+      devices::Frame frame;  // its memory serves all
+      int bad_in_a_row = 0;
       for (bool more = true; more;) {
         const auto patience = patience_for(exposure);
         const bool came = link_->take_frame(patience, [&](const RawFrame& raw) {
-          if (!problem_of(raw).empty()) return;  // counted
-          devices::Frame frame = frame_from(raw, state);
+          const std::string problem = problem_of(raw);  // counts it
+          bad_in_a_row = problem.empty() ? 0 : bad_in_a_row + 1;
+          if (bad_in_a_row > kBadInARow) throw DeviceError(DeviceErrc::Protocol, name(), problem);
+          if (bad_in_a_row > 0) return;
+          fill(frame, raw, state);
           frame.exposure_start = clock_.now() - frame.exposure - options_.readout;
           more = take(frame);
         });
@@ -227,7 +234,7 @@ class AravisCamera::Machine {
     const bool came = link_->take_frame(patience, [&](const RawFrame& raw) {
       const std::string problem = problem_of(raw);
       if (!problem.empty()) throw DeviceError(DeviceErrc::Protocol, name(), problem);
-      frame = frame_from(raw, verified(exposure, false));
+      fill(frame.emplace(), raw, verified(exposure, false));
     });
     if (!came) fail_without_frame(patience);
 
@@ -290,8 +297,7 @@ class AravisCamera::Machine {
            static_cast<std::size_t>(identity_.region.height);
   }
 
-  devices::Frame frame_from(const RawFrame& raw, const CameraState& state) const {
-    devices::Frame frame;
+  void fill(devices::Frame& frame, const RawFrame& raw, const CameraState& state) const {
     frame.width_px = identity_.region.width;
     frame.height_px = identity_.region.height;
     frame.pixel_format = format_.layout;
@@ -303,7 +309,6 @@ class AravisCamera::Machine {
     frame.exposure = from_us(state.exposure_us);
     frame.pixels_dn.resize(pixels());
     unpack(format_.packing, raw.bytes, frame.pixels_dn);
-    return frame;
   }
 
   double gain_db(const CameraState& state) const {

@@ -5,10 +5,11 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -27,8 +28,6 @@ namespace {
 constexpr int kSocketBufferBytes = 4 << 20;
 // What waits for us at most; when all are full the stream throws frames away and counts.
 constexpr int kBuffers = 10;
-// How late a lost control channel is noticed while waiting for a frame.
-constexpr std::chrono::milliseconds kLookForLoss{100};
 constexpr std::uint16_t kGvcpPort = 3956;
 
 constexpr std::array kExposureNames{"ExposureTime", "ExposureTimeAbs"};
@@ -109,6 +108,77 @@ std::string problem_text(ArvBufferStatus status) {
   }
 }
 
+/// What Aravis' threads tell: buffers that are done, at most as many as the stream was given, and
+/// the loss of control.
+///
+/// The library's own queue would do; its locks are not seen by thread sanitizers, these are.
+class Arrivals {
+ public:
+  /// Before the acquisition starts.
+  void come_from(ArvStream* stream) {
+    const std::scoped_lock lock(mutex_);
+    stream_ = stream;
+  }
+
+  /// Before the stream goes.
+  void forget() {
+    const std::scoped_lock lock(mutex_);
+    stream_ = nullptr;
+    done_.clear();
+  }
+
+  /// The oldest buffer, or null after `patience` or when control was lost.
+  Handle<ArvBuffer> wait_for(std::chrono::nanoseconds patience) {
+    std::unique_lock lock(mutex_);
+    const auto something = [this] { return !done_.empty() || control_lost_; };
+    if (!changed_.wait_until(lock, std::chrono::steady_clock::now() + patience, something) ||
+        done_.empty()) {
+      return nullptr;
+    }
+    Handle<ArvBuffer> oldest = std::move(done_.front());
+    done_.pop_front();
+    return oldest;
+  }
+
+  void give_back(ArvBuffer* buffer) {
+    ArvStream* stream = nullptr;
+    {
+      const std::scoped_lock lock(mutex_);
+      stream = stream_;
+    }
+    arv_stream_push_buffer(stream, buffer);
+  }
+
+  bool control_lost() const {
+    const std::scoped_lock lock(mutex_);
+    return control_lost_;
+  }
+
+  static void on_stream(void* self, ArvStreamCallbackType type, ArvBuffer* /*buffer*/) {
+    auto* const arrivals = static_cast<Arrivals*>(self);
+    const std::scoped_lock lock(arrivals->mutex_);
+    if (type != ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE || arrivals->stream_ == nullptr) return;
+    if (ArvBuffer* const done = arv_stream_try_pop_buffer(arrivals->stream_)) {
+      arrivals->done_.emplace_back(done);
+      arrivals->changed_.notify_one();
+    }
+  }
+
+  static void on_control_lost(ArvDevice* /*device*/, void* self) {
+    auto* const arrivals = static_cast<Arrivals*>(self);
+    const std::scoped_lock lock(arrivals->mutex_);
+    arrivals->control_lost_ = true;
+    arrivals->changed_.notify_one();
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  ArvStream* stream_ = nullptr;
+  std::deque<Handle<ArvBuffer>> done_;
+  bool control_lost_ = false;
+};
+
 class AravisLink final : public CameraLink {
  public:
   explicit AravisLink(const AravisCameraOptions& options)
@@ -117,7 +187,7 @@ class AravisLink final : public CameraLink {
     arv_camera_set_access_check_policy(camera_.get(), ARV_ACCESS_CHECK_POLICY_ENABLE);
     arv_camera_set_register_cache_policy(camera_.get(), ARV_REGISTER_CACHE_POLICY_DISABLE);
     g_signal_connect(arv_camera_get_device(camera_.get()), "control-lost",
-                     G_CALLBACK(&AravisLink::on_control_lost), &control_lost_);
+                     G_CALLBACK(&Arrivals::on_control_lost), &arrivals_);
     identify();
     stop();
     configure(false);
@@ -126,7 +196,8 @@ class AravisLink final : public CameraLink {
 
   ~AravisLink() override {
     // Of a camera that is gone every write would cost 2.5 s.
-    if (!control_lost_) arv_camera_stop_acquisition(camera_.get(), nullptr);
+    if (!arrivals_.control_lost()) arv_camera_stop_acquisition(camera_.get(), nullptr);
+    arrivals_.forget();
   }
 
   const CameraIdentity& identity() const override { return identity_; }
@@ -163,33 +234,21 @@ class AravisLink final : public CameraLink {
   }
 
   bool take_frame(std::chrono::nanoseconds patience, const Take& take) override {
-    using std::chrono::microseconds;
-    const auto give_up = std::chrono::steady_clock::now() + patience;
-    while (true) {
-      const auto left =
-          std::chrono::duration_cast<microseconds>(give_up - std::chrono::steady_clock::now());
-      const auto slice = std::clamp<microseconds>(left, microseconds(0), kLookForLoss);
-      ArvBuffer* const buffer = slice.count() == 0
-                                    ? arv_stream_try_pop_buffer(stream_.get())
-                                    : arv_stream_timeout_pop_buffer(
-                                          stream_.get(), static_cast<std::uint64_t>(slice.count()));
-      if (buffer != nullptr) {
-        // Goes back to the stream however `take` ends.
-        const auto push_back = [this](ArvBuffer* used) {
-          arv_stream_push_buffer(stream_.get(), used);
-        };
-        const std::unique_ptr<ArvBuffer, decltype(push_back)> taken(buffer, push_back);
-        take(raw_frame(buffer));
-        return true;
-      }
-      require_control();
-      if (slice.count() == 0) return false;
-    }
+    Handle<ArvBuffer> buffer = arrivals_.wait_for(patience);
+    require_control();
+    if (!buffer) return false;
+    // Goes back to the stream however `take` ends.
+    const auto give_back = [this](ArvBuffer* used) { arrivals_.give_back(used); };
+    const std::unique_ptr<ArvBuffer, decltype(give_back)> taken(buffer.release(), give_back);
+    take(raw_frame(taken.get()));
+    return true;
   }
 
   void restart(bool free_running) override {
     stop();
-    stream_.reset();  // a new one has another port: what is still on its way finds nobody
+    // A new stream has another port: what is still on its way finds nobody.
+    arrivals_.forget();
+    stream_.reset();
     configure(free_running);
     start();
   }
@@ -200,16 +259,12 @@ class AravisLink final : public CameraLink {
   }
 
  private:
-  static void on_control_lost(ArvDevice* /*device*/, void* lost) {
-    *static_cast<std::atomic<bool>*>(lost) = true;
-  }
-
   [[noreturn]] void fail(DeviceErrc code, const std::string& message) const {
     throw DeviceError(code, options_.name, message);
   }
 
   void require_control() const {
-    if (!control_lost_) return;
+    if (!arrivals_.control_lost()) return;
     fail(DeviceErrc::Disconnected,
          "control of the camera was lost: it was restarted, unplugged, or another program took it");
   }
@@ -464,8 +519,9 @@ class AravisLink final : public CameraLink {
 
   void start() {
     stream_.reset(call("stream", [&](GError** e) {
-      return arv_camera_create_stream(camera_.get(), nullptr, nullptr, e);
+      return arv_camera_create_stream(camera_.get(), &Arrivals::on_stream, &arrivals_, e);
     }));
+    arrivals_.come_from(stream_.get());
     if (ARV_IS_GV_STREAM(stream_.get())) {
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
                    "socket-buffer-size", kSocketBufferBytes, nullptr);
@@ -504,7 +560,7 @@ class AravisLink final : public CameraLink {
 
   AravisCameraOptions options_;
   const WireFormat& format_;
-  std::atomic<bool> control_lost_ = false;  // outlives the camera, whose thread sets it
+  Arrivals arrivals_;  // outlives camera and stream, whose threads use it
   Handle<ArvCamera> camera_;
   Handle<ArvStream> stream_;
   CameraIdentity identity_;

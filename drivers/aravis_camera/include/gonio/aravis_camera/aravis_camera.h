@@ -61,7 +61,8 @@ class AravisCamera final : public devices::Camera, public devices::TemperatureSe
   double temperature_c() override;
 
   /// Lets the camera run without triggers and hands on every frame until `take` returns false; the
-  /// settings are read back before and after. For a live picture: frames may be missing (id_gaps).
+  /// settings are read back before and after. For a live picture: frames may be missing or bad and
+  /// are then left out (counters); twenty bad ones in a row are a Protocol error.
   void stream(std::chrono::nanoseconds exposure,
               const std::function<bool(const devices::Frame&)>& take);
 
