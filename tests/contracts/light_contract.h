@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -21,6 +22,8 @@ struct LightUnderTest {
   std::shared_ptr<devices::LightSource> light;  ///< keeps its world alive
   std::shared_ptr<devices::LampMonitor> monitor;
   std::function<double()> brightness;  ///< any reading of the lamp's light, dark level removed
+  /// Cuts the link to the lamp, or brings it back; none where there is no link to lose.
+  std::function<void(bool connected)> set_link = {};
 };
 
 struct LightMaker {
@@ -36,6 +39,8 @@ class LightContract : public testing::TestWithParam<LightMaker> {
  protected:
   static constexpr double kDarkShare = 0.01;  // of what the dimmest channel gives
   static constexpr double kRepeat = 0.05;
+  static constexpr std::chrono::seconds kCloseDeadline{1};  // of the host's time
+  static constexpr std::chrono::seconds kLinkDeadline{10};
 
   LightContract() : made_(GetParam().make()), light_(*made_.light), monitor_(*made_.monitor) {}
 
@@ -106,6 +111,31 @@ TEST_P(LightSourceContract, ShutterClosesFromAnotherThreadAndTwice) {
   light_.close_shutter();
   EXPECT_LT(std::abs(made_.brightness()), kDarkShare * bright);
   EXPECT_NEAR(lit(first()) / bright, 1.0, kRepeat);
+}
+
+TEST_P(LightSourceContract, ShutterIsClosedSoon) {
+  light_.light(first());
+  const auto begun = std::chrono::steady_clock::now();
+  light_.close_shutter();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, kCloseDeadline);
+}
+
+TEST_P(LightSourceContract, LostLinkIsAnErrorUntilItIsBack) {
+  if (!made_.set_link) GTEST_SKIP() << "this lamp has no link to lose";
+  const double bright = lit(first());
+  made_.set_link(false);
+  const auto begun = std::chrono::steady_clock::now();
+  light_.close_shutter();  // cannot, and cannot say so
+  EXPECT_THAT(
+      [&] { light_.light(last()); },
+      testing::Throws<devices::DeviceError>(testing::Property(
+          "code", &devices::DeviceError::code,
+          testing::AnyOf(devices::DeviceErrc::Disconnected, devices::DeviceErrc::Timeout))));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, kLinkDeadline);
+  made_.set_link(true);
+  EXPECT_NEAR(lit(first()) / bright, 1.0, kRepeat);
+  light_.close_shutter();
+  EXPECT_LT(std::abs(made_.brightness()), kDarkShare * bright);
 }
 
 TEST_P(LampMonitorContract, ReadsTheLitLampAndNothingInTheDark) {

@@ -9,27 +9,46 @@ namespace {
 
 using namespace gonio::literals;
 
+const std::vector<std::string> kNoFaults;
+constexpr modbus_bus::BusOptions kReopensAtOnce{.reopen_interval = 0ms};
+
 StageMaker stage(Family family, std::size_t axis, const std::string& name) {
   return {name, [family, axis] {
-            const auto rig = std::make_shared<ModbusRig>(family);
+            const auto rig = std::make_shared<ModbusRig>(family, kNoFaults, kReopensAtOnce);
             std::shared_ptr<devices::RotationStage> made = rig->stage(axis);
             // An encoder step, five sigmas of positioning, half a step of the drive.
             return StageUnderTest{
                 {made.get(), [rig, made](devices::RotationStage*) mutable { made.reset(); }},
                 rig->world().truth().rig.axes[axis].home,
-                0.007_deg};
+                0.007_deg,
+                true,
+                [rig](bool connected) {
+                  if (connected) {
+                    rig->plug_in_line();
+                  } else {
+                    rig->unplug_line();
+                  }
+                }};
           }};
 }
 
 LightMaker light() {
   return {"rgb", [] {
-            const auto rig = std::make_shared<ModbusRig>(Family::leadshine);
+            const auto rig =
+                std::make_shared<ModbusRig>(Family::leadshine, kNoFaults, kReopensAtOnce);
             std::shared_ptr<devices::LightSource> made = rig->light();
             auto* const monitor = &rig->world().lamp_monitor();
             return LightUnderTest{
                 {made.get(), [rig, made](devices::LightSource*) mutable { made.reset(); }},
                 {rig, monitor},
-                [monitor] { return monitor->read(); }};
+                [monitor] { return monitor->read(); },
+                [rig](bool connected) {
+                  if (connected) {
+                    rig->plug_in_server();
+                  } else {
+                    rig->unplug_server();
+                  }
+                }};
           }};
 }
 

@@ -200,7 +200,7 @@ TEST(ModbusLampFaults, ShutterThatCouldNotBeClosedIsClosedBeforeAnythingElse) {
   EXPECT_THAT([&] { light->light("R"); }, ThrowsDeviceError(DeviceErrc::Timeout));
   EXPECT_GT(rig.world().lamp_monitor().read(), 0.5);  // as bright as it was
   rig.world().clock().wait_until(110s);
-  EXPECT_NEAR(*light->temperature_deg_c(), 31.2, 0.05);
+  EXPECT_NEAR(light->temperature_c(), 31.2, 0.05);
   EXPECT_LT(rig.world().lamp_monitor().read(), 0.01);
 }
 

@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "gonio/modbus_stage/modbus_stage.h"
 #include "gonio/setup/drive_profile_file.h"
 #include "gonio/sim/sim_goniometer.h"
+#include "temporary_folder.h"
 
 /// Emulated Modbus devices of one world, and the drivers over their wires.
 namespace gonio::contracts {
@@ -53,32 +55,47 @@ class ModbusRig {
         bus_options_(bus_options),
         world_(running_world_options()),
         faults_(std::make_shared<emulator_faults::FaultPlan>(rules(faults))),
-        line_({.late_by = kLateBy}, faults_, world_.clock()),
-        server_({.late_by = kLateBy}, faults_, world_.clock()),
         clock_(kTimeScale) {
+    plug_in_line();
+    plug_in_server();
+  }
+
+  void unplug_line() { line_.reset(); }
+  void plug_in_line() {
+    line_.emplace(
+        modbus_emulator::ModbusRtuLine::Options{.late_by = kLateBy, .link = folder_ / "port"},
+        faults_, world_.clock());
     for (std::size_t axis = 0; axis < world_.axis_count(); ++axis) {
       const rig::Axis& described = world_.truth().rig.axes[axis];
       const modbus_emulator::DriveMechanics mechanics{&world_.joint(axis), &world_.clock(),
                                                       described.home, kStepsPerDeg, axis == 1};
-      line_.add(static_cast<int>(axis) + 1,
-                family == Family::leadshine
-                    ? modbus_emulator::leadshine_drive(described.name, mechanics, faults_)
-                    : modbus_emulator::az_drive(described.name, mechanics, faults_));
+      line_->add(static_cast<int>(axis) + 1,
+                 family_ == Family::leadshine
+                     ? modbus_emulator::leadshine_drive(described.name, mechanics, faults_)
+                     : modbus_emulator::az_drive(described.name, mechanics, faults_));
     }
-    server_.add(1, modbus_emulator::lamp("lamp", world_.light_source()));
+  }
+
+  void unplug_server() { server_.reset(); }
+  void plug_in_server() {
+    server_.emplace(
+        modbus_emulator::ModbusTcpServer::Options{.port = server_port_, .late_by = kLateBy},
+        faults_, world_.clock());
+    server_port_ = server_->port();
+    server_->add(1, modbus_emulator::lamp("lamp", world_.light_source()));
   }
 
   sim::SimGoniometer& world() { return world_; }
   emulator_faults::FaultPlan& faults() { return *faults_; }
-  modbus_emulator::ModbusRtuLine& line() { return line_; }
+  modbus_emulator::ModbusRtuLine& line() { return *line_; }
   devices::Clock& clock() { return clock_; }
 
   std::shared_ptr<modbus_bus::ModbusBus> rtu() {
-    if (!rtu_) rtu_ = modbus_bus::open_rtu({line_.port()}, bus_options_);
+    if (!rtu_) rtu_ = modbus_bus::open_rtu({line_->port()}, bus_options_);
     return rtu_;
   }
   std::shared_ptr<modbus_bus::ModbusBus> tcp() {
-    return modbus_bus::open_tcp({"127.0.0.1", server_.port()}, bus_options_);
+    return modbus_bus::open_tcp({"127.0.0.1", server_port_}, bus_options_);
   }
 
   modbus_stage::StageOptions stage_options() const {
@@ -122,8 +139,10 @@ class ModbusRig {
   modbus_bus::BusOptions bus_options_;
   sim::SimGoniometer world_;
   std::shared_ptr<emulator_faults::FaultPlan> faults_;
-  modbus_emulator::ModbusRtuLine line_;
-  modbus_emulator::ModbusTcpServer server_;
+  TemporaryFolder folder_;  ///< of the port's name, which outlives the line behind it
+  std::optional<modbus_emulator::ModbusRtuLine> line_;
+  std::uint16_t server_port_ = 0;
+  std::optional<modbus_emulator::ModbusTcpServer> server_;
   devices::SteadyClock clock_;
   std::shared_ptr<modbus_bus::ModbusBus> rtu_;
 };

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <functional>
+#include <future>
 #include <limits>
 #include <memory>
 #include <ostream>
@@ -25,6 +26,8 @@ struct StageUnderTest {
   Angle home;                                     ///< joint angle of the home mark
   Angle resolution;             ///< how close a reported angle comes to its target
   bool just_powered_up = true;  ///< false: it may know its home from before
+  /// Cuts the link to the stage, or brings it back; none where there is no link to lose.
+  std::function<void(bool connected)> set_link = {};
 };
 
 struct StageMaker {
@@ -39,6 +42,10 @@ struct StageMaker {
 class RotationStageContract : public testing::TestWithParam<StageMaker> {
  protected:
   static constexpr std::chrono::milliseconds kPatience{300000};
+  // Of the host's time, whatever the stage's clock: a stop, and an error that a lost link ends
+  // with.
+  static constexpr std::chrono::seconds kStopDeadline{1};
+  static constexpr std::chrono::seconds kLinkDeadline{10};
 
   RotationStageContract() : made_(GetParam().make()), stage_(*made_.stage) {}
 
@@ -190,6 +197,46 @@ TEST_P(RotationStageContract, StopWorksFromAnotherThread) {
   std::thread([&] { stage_.stop(); }).join();
   EXPECT_THAT([&] { stage_.wait_until_settled(kPatience); },
               ThrowsDeviceError(devices::DeviceErrc::Stopped));
+}
+
+TEST_P(RotationStageContract, StopIsDoneSoonAndEndsAWaitOnAnotherThread) {
+  stage_.home(kPatience);
+  go_to(at_share(0.1));
+  stage_.begin_move_to(at_share(0.9));
+  auto waiting =
+      std::async(std::launch::async, [&] { return stage_.wait_until_settled(kPatience); });
+  const auto begun = std::chrono::steady_clock::now();
+  stage_.stop();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, kStopDeadline);
+  ASSERT_EQ(waiting.wait_for(kStopDeadline), std::future_status::ready);
+  try {
+    expect_near(waiting.get(), at_share(0.9));  // on virtual time it may have been there before
+  } catch (const devices::DeviceError& error) {
+    EXPECT_EQ(error.code(), devices::DeviceErrc::Stopped);
+  }
+  EXPECT_THAT([&] { stage_.begin_move_to(at_share(0.5)); },
+              ThrowsDeviceError(devices::DeviceErrc::Stopped));
+}
+
+TEST_P(RotationStageContract, LostLinkIsAnErrorUntilItIsBackAndTheAxisHomed) {
+  if (!made_.set_link) GTEST_SKIP() << "this stage has no link to lose";
+  stage_.home(kPatience);
+  go_to(at_share(0.3));
+  made_.set_link(false);
+  const auto begun = std::chrono::steady_clock::now();
+  const auto gone = testing::AnyOf(devices::DeviceErrc::Disconnected, devices::DeviceErrc::Timeout);
+  EXPECT_THAT([&] { stage_.wait_until_settled(kPatience); },
+              testing::Throws<devices::DeviceError>(
+                  testing::Property("code", &devices::DeviceError::code, gone)));
+  EXPECT_THAT([&] { stage_.home(kPatience); },
+              testing::Throws<devices::DeviceError>(
+                  testing::Property("code", &devices::DeviceError::code, gone)));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, kLinkDeadline);
+  made_.set_link(true);
+  EXPECT_THAT([&] { stage_.begin_move_to(at_share(0.5)); },
+              ThrowsDeviceError(devices::DeviceErrc::NotHomed));
+  stage_.home(kPatience);
+  expect_near(go_to(at_share(0.5)), at_share(0.5));
 }
 
 TEST_P(RotationStageContract, StopWorksBeforeHomingAndTwice) {

@@ -101,9 +101,9 @@ TEST_F(ModbusLightTest, ShutterThatStaysOpenIsAFaultOfWhateverComesNext) {
   bus_->on_write = [this](const Request&) { bus_->coils[7] = 1; };  // jammed
   light->close_shutter();
   EXPECT_EQ(code_of([&] { light->light("R"); }), DeviceErrc::Fault);
-  EXPECT_EQ(code_of([&] { light->temperature_deg_c(); }), DeviceErrc::Fault);
+  EXPECT_EQ(code_of([&] { light->temperature_c(); }), DeviceErrc::Fault);
   bus_->on_write = nullptr;
-  EXPECT_TRUE(light->temperature_deg_c());
+  EXPECT_NO_THROW(light->temperature_c());
   EXPECT_EQ(bus_->coils[7], 0);
 }
 
@@ -128,10 +128,10 @@ TEST_F(ModbusLightTest, ClosingDuringLightingWins) {
 TEST_F(ModbusLightTest, ReadsTheTemperatureWithItsSign) {
   const auto light = make();
   bus_->registers[3] = static_cast<std::uint16_t>(-52);
-  EXPECT_NEAR(*light->temperature_deg_c(), -5.2, 1e-12);
+  EXPECT_NEAR(light->temperature_c(), -5.2, 1e-12);
   LampProfile profile = two_channels();
   profile.temperature_register.reset();
-  EXPECT_FALSE(make(profile)->temperature_deg_c());
+  EXPECT_EQ(code_of([&] { make(profile)->temperature_c(); }), DeviceErrc::Fault);
 }
 
 TEST_F(ModbusLightTest, RefusesProfilesNamingTheField) {

@@ -134,8 +134,10 @@ void ModbusLight::require_closed_if_asked() {
   close_failed_ = false;
 }
 
-std::optional<double> ModbusLight::temperature_deg_c() {
-  if (!profile_.temperature_register) return std::nullopt;
+double ModbusLight::temperature_c() {
+  if (!profile_.temperature_register) {
+    throw DeviceError(DeviceErrc::Fault, name(), "has no register for a temperature");
+  }
   require_closed_if_asked();
   const auto words =
       bus_->ask(station_, modbus_bus::read_input_registers(*profile_.temperature_register));

@@ -10,6 +10,7 @@
 
 #include "gonio/devices/clock.h"
 #include "gonio/devices/light_source.h"
+#include "gonio/devices/temperature_sensor.h"
 #include "gonio/modbus_bus/modbus_bus.h"
 
 namespace gonio::modbus_light {
@@ -43,7 +44,7 @@ struct LampProfile {
 /// Threads  As LightSource. close_shutter() waits for one transaction of others at most; a light()
 ///          under way on another thread then ends with Stopped.
 /// Errors   As LightSource; Fault also for a shutter that reads back open.
-class ModbusLight final : public devices::LightSource {
+class ModbusLight final : public devices::LightSource, public devices::TemperatureSensor {
  public:
   /// Closes the shutter. `clock` outlives it. Throws std::invalid_argument, DeviceError.
   ModbusLight(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit, std::string name,
@@ -54,8 +55,8 @@ class ModbusLight final : public devices::LightSource {
   void light(const std::string& channel) override;
   void close_shutter() noexcept override;
 
-  /// Of the lamp head in deg C; none where the profile has no register for it. Throws DeviceError.
-  std::optional<double> temperature_deg_c();
+  /// Of the lamp head; Fault where the profile has no register for it.
+  double temperature_c() override;
 
  private:
   const LampProfile::Channel& find(const std::string& channel) const;
