@@ -146,7 +146,7 @@ TEST_F(UsbStageFaults, UnpluggedDuringAMoveItIsNotHomedUntilItIsBackAndHomed) {
 
 TEST_F(UsbStageFaults, HomeWaitsForAPlugThatComesBack) {
   const double now_s = devices::to_seconds(rig_.world.clock().now());
-  rig_.add_fault("unplug@azimuth:for_s=25,after_s=" + std::to_string(now_s));  // half a second
+  rig_.add_fault("unplug@azimuth:for_s=20,after_s=" + std::to_string(now_s));  // 0.8 s
   EXPECT_THAT([&] { move_there_and_wait(); }, ThrowsDeviceError(DeviceErrc::Disconnected));
   stage_->home(kPatience);
   expect_works();
@@ -205,8 +205,8 @@ TEST_F(UsbStageFaults, NeverInPositionTimesOutAndSaysWhy) {
 
 TEST_F(UsbStageFaults, IgnoredStopIsAFault) {
   rig_.add_fault("stop_ignored@azimuth");
-  // Slow enough to be still on its way when it is asked.
-  stage_->begin_move_to(rig_.axis().min);
+  rig_.add_fault("never_in_position@azimuth");  // however late it is asked, it is still on its way
+  stage_->begin_move_to(near_);
   stage_->stop();
   EXPECT_THAT([&] { stage_->rearm(); }, says(DeviceErrc::Fault, "ignored stop"));
   EXPECT_THAT([&] { stage_->begin_move_to(far_); }, ThrowsDeviceError(DeviceErrc::Stopped));

@@ -16,7 +16,7 @@ namespace gonio::contracts {
 /// A world that runs by itself, its azimuth axis behind an emulated K10CR1, its lamp monitor behind
 /// an emulated power meter.
 struct UsbRig {
-  static constexpr double kTimeScale = 50.0;
+  static constexpr double kTimeScale = 25.0;
   static constexpr std::size_t kAxis = 1;
   static constexpr const char* kStageName = "azimuth";
   static constexpr const char* kStageSerial = "55000123";

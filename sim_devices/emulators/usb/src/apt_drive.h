@@ -35,7 +35,7 @@ class AptDrive {
     return faults_.strikes(fault, name(), clock_.now());
   }
   void handle(std::uint16_t id, std::uint8_t param1, std::uint8_t param2, const Bytes& data);
-  void start_move(std::int32_t position);
+  void start_move(std::int32_t target);
   void start_homing();
   void plan_faults();
   void stop();

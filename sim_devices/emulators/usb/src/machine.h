@@ -108,7 +108,7 @@ class Machine {
   WireLog log;
 
  private:
-  static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* call, gpointer socket);
+  static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* call, gpointer data);
 
   // usb_calls.cpp: one system call each, with the lock held. Results are errno values.
   void handle(Socket& socket, UMockdevIoctlClient* call);
