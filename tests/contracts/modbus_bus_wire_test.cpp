@@ -118,6 +118,27 @@ TEST(ModbusBusOnTheWire, ReadsThePublishedExceptionOfADamagedRequest) {
   EXPECT_THAT([&] { done.get(); }, ThrowsDeviceError(DeviceErrc::Protocol));
 }
 
+TEST(ModbusBusOnTheWire, BusyUnitIsAskedAgainAndThenATimeout) {
+  const FarEnd end;
+  const auto bus = modbus_bus::open_rtu({end.port()}, {.response_timeout = 2000ms, .retries = 1});
+  const Request write = modbus_bus::write_register(0x6002, 0x0020);
+  const Bytes busy = modbus_emulator::with_crc({0x01, 0x86, 0x06});
+  const auto answered = [&](const Bytes& first, const Bytes& second) {
+    // It has not acted on a request that it refused: repeating harms nothing.
+    auto done = std::async(std::launch::async, [&] {
+      bus->transact({"drive", 1}, write, {.repeatable = false});
+    });
+    end.receive(8);
+    end.send(first);
+    end.receive(8);
+    end.send(second);
+    done.get();
+  };
+  const Bytes echo = modbus_emulator::with_crc(modbus_bus::encode(1, write));
+  EXPECT_NO_THROW(answered(busy, echo));
+  EXPECT_THAT([&] { answered(busy, busy); }, ThrowsDeviceError(DeviceErrc::Timeout));
+}
+
 TEST(ModbusBusOnTheWire, LateAnswerOfARepeatedReadIsThrownAwayWithTheRead) {
   const FarEnd end;
   const auto bus = modbus_bus::open_rtu({end.port()}, {.response_timeout = 150ms, .retries = 2});
