@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
+#include <future>
 #include <utility>
 
 #include "gonio/rig/paths.h"
@@ -111,6 +113,7 @@ rig::Joints GuardedDevices::read_joints() {
       joints.push_back(stage->wait_until_settled(options_.move_timeout));
     }
   });
+  last_reading_ = joints;
   return joints;
 }
 
@@ -153,6 +156,36 @@ void GuardedDevices::read_back(std::size_t axis) {
   joints_[axis] = devices_.stages[axis]->wait_until_settled(options_.move_timeout);
 }
 
+/// Every axis is waited for by a thread of its own: one after the other, the settling of the later
+/// ones would begin only when the earlier ones have settled. An error that a repetition does not
+/// mend stops all at once; otherwise all are waited for.
+void GuardedDevices::read_back_together() {
+  std::vector<std::future<void>> waits;
+  for (std::size_t i = 0; i < devices_.stages.size(); ++i) {
+    waits.push_back(std::async(std::launch::async, [this, i] {
+      try {
+        read_back(i);
+      } catch (const devices::DeviceError& error) {
+        if (!may_help_to_retry(error.code())) make_safe(devices_);
+        throw;
+      }
+    }));
+  }
+  // The first that is not the echo of a stop on account of another.
+  std::exception_ptr first;
+  std::exception_ptr stopped;
+  for (std::future<void>& wait : waits) {
+    try {
+      wait.get();
+    } catch (const devices::DeviceError& error) {
+      std::exception_ptr& slot = error.code() == devices::DeviceErrc::Stopped ? stopped : first;
+      if (!slot) slot = std::current_exception();
+    }
+  }
+  if (first) std::rethrow_exception(first);
+  if (stopped) std::rethrow_exception(stopped);
+}
+
 void GuardedDevices::travel(const rig::Joints& from, const rig::Joints& target) {
   // One-sided approach: an axis that comes from above first goes past its target.
   rig::Joints below = target;
@@ -163,7 +196,7 @@ void GuardedDevices::travel(const rig::Joints& from, const rig::Joints& target) 
     const auto go = [&](const rig::Joints& to) {
       retrying([&] {
         for (std::size_t i = 0; i < to.size(); ++i) devices_.stages[i]->begin_move_to(to[i]);
-        for (std::size_t i = 0; i < to.size(); ++i) read_back(i);
+        read_back_together();
       });
     };
     if (below != target) go(below);
@@ -183,6 +216,7 @@ void GuardedDevices::travel(const rig::Joints& from, const rig::Joints& target) 
     }
   }
   sent_ = target;
+  last_reading_ = joints_;
   for (std::size_t i = 0; i < target.size(); ++i) {
     if (abs(joints_[i] - target[i]) <= rig::kPlanningMargin) continue;
     throw devices::DeviceError(

@@ -181,7 +181,7 @@ class Session {
     FrameRecord record;
     record.kind = kind;
     record.point = point;
-    record.joints = devices_.read_joints();
+    record.joints = devices_.last_reading();
     record.joints_spread.assign(record.joints.size(), Angle());
     const devices::Frame frame = devices_.capture(exposure);
     archive_.append(std::move(record), frame);

@@ -11,7 +11,9 @@ namespace gonio::acquisition {
 
 devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanoseconds exposure,
                                 FrameRecord& record) {
-  const rig::Joints before = devices.read_joints();
+  // Nothing was sent to move since: what stood where it was read stands there still, and if not,
+  // the reading after the exposure tells.
+  const rig::Joints before = devices.last_reading();
   devices::Frame frame = devices.capture(exposure);
   const rig::Joints after = devices.read_joints();
   record.joints.clear();

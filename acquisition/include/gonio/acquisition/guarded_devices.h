@@ -44,6 +44,8 @@ class GuardedDevices {
   void stand_still();
   /// What the encoders read now, once all axes stand. Does not change joints().
   rig::Joints read_joints();
+  /// What they read last: by read_joints(), or on arrival. Nothing was sent to move since.
+  const rig::Joints& last_reading() const { return last_reading_; }
   void light(const std::string& channel);
   void close_shutter() noexcept;
   void mount(devices::Target target);
@@ -65,6 +67,7 @@ class GuardedDevices {
   rig::Joints start_of_move();
   void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);
+  void read_back_together();
 
   const DeviceSet& devices_;
   const rig::RigDescription& rig_;
@@ -74,6 +77,7 @@ class GuardedDevices {
   std::stop_token stop_;
   std::optional<std::uint64_t> last_frame_id_;
   rig::Joints joints_;
+  rig::Joints last_reading_;
   rig::Joints sent_;  ///< where the axes were sent last; after an error, where they stood
   std::stop_callback<std::function<void()>> on_stop_;
 };
