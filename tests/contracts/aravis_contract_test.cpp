@@ -23,7 +23,14 @@ CameraMaker camera(const std::string& format) {
                                      }
                                    },
                                    std::chrono::milliseconds(20),
-                                   std::max(1.0, made->dn_per_adc_step())};
+                                   std::max(1.0, made->dn_per_adc_step()),
+                                   [made](bool on) {
+                                     if (on) {
+                                       made->emulator().plug_in();
+                                     } else {
+                                       made->emulator().unplug();
+                                     }
+                                   }};
           }};
 }
 

@@ -19,11 +19,12 @@ namespace gonio::contracts {
 
 /// A camera that looks at a bright plate under a lamp.
 struct CameraUnderTest {
-  std::shared_ptr<devices::Camera> camera;  ///< keeps its world alive
-  std::shared_ptr<devices::Clock> clock;    ///< of the camera's time stamps
-  std::function<void(bool)> set_light;      ///< the lamp; dark at first
-  std::chrono::nanoseconds half_exposure;   ///< brings the lit plate near half saturation
-  double black_tolerance_dn;                ///< of the mean of a dark frame
+  std::shared_ptr<devices::Camera> camera;       ///< keeps its world alive
+  std::shared_ptr<devices::Clock> clock;         ///< of the camera's time stamps
+  std::function<void(bool)> set_light;           ///< the lamp; dark at first
+  std::chrono::nanoseconds half_exposure;        ///< brings the lit plate near half saturation
+  double black_tolerance_dn;                     ///< of the mean of a dark frame
+  std::function<void(bool)> set_connected = {};  ///< cuts the link and mends it; none: it has none
 };
 
 struct CameraMaker {
@@ -138,6 +139,23 @@ TEST_P(CameraContract, FrameShowsThePresentAndNotThePast) {
   const double lit_again = mean_dn(camera_.capture(made_.half_exposure));
   EXPECT_NEAR(mean_dn(dark), dark.black_level_dn, made_.black_tolerance_dn);
   EXPECT_NEAR(lit_again / lit, 1.0, 0.05);
+}
+
+TEST_P(CameraContract, ReportsALostConnectionAndWorksAgainOverANewOne) {
+  if (!made_.set_connected) GTEST_SKIP() << "nothing to cut";
+  const devices::CameraInfo info = camera_.info();
+  const devices::Frame before = camera_.capture(made_.half_exposure);
+  made_.set_connected(false);
+  EXPECT_THAT([&] { camera_.capture(made_.half_exposure); },
+              ThrowsDeviceError(devices::DeviceErrc::Disconnected));
+  EXPECT_EQ(camera_.info().serial, info.serial);
+  made_.set_connected(true);
+  const devices::Frame after = camera_.capture(made_.half_exposure);
+  EXPECT_EQ(after.frame_id, before.frame_id + 1);
+  EXPECT_EQ(after.exposure, before.exposure);
+  EXPECT_EQ(after.black_level_dn, before.black_level_dn);
+  EXPECT_EQ(after.gain_db, before.gain_db);
+  EXPECT_GE(after.exposure_start, before.exposure_start + before.exposure);
 }
 
 TEST_P(CameraContract, ErrorsNameTheCamera) {

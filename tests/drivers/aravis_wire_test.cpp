@@ -143,6 +143,16 @@ TEST(AravisWire, IsFoundAndSaysWhoItIs) {
   camera.capture(1ms);
 }
 
+TEST(AravisWire, CameraWithoutTestPacketsStaysAtItsPacketSize) {
+  WireCamera wire;
+  wire.options().packet_size = 0;
+  const auto start = std::chrono::steady_clock::now();
+  AravisCamera camera = wire.open();
+  EXPECT_LE(std::chrono::steady_clock::now() - start, kSlack);
+  EXPECT_EQ(camera.identity().packet_size, 9000);
+  EXPECT_TRUE(shows_pattern(camera.capture(1ms), 12, {0, 0, 320, 256}));
+}
+
 TEST(AravisWire, TemperatureIsTheSensors) {
   WireCamera wire;
   AravisCamera camera = wire.open();

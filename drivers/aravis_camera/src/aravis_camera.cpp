@@ -67,7 +67,6 @@ class AravisCamera::Machine {
         clock_(clock),
         opener_(std::move(opener)) {
     connect();
-    identity_ = link_->identity();
   }
 
   const std::string& name() const { return options_.name; }
@@ -198,6 +197,7 @@ class AravisCamera::Machine {
       std::this_thread::sleep_for(kBetweenAttempts);
     }
     require_same_camera(link_->identity());
+    identity_ = link_->identity();
     require_settings(link_->state(), std::nullopt, false);
     sequence_.restart();
     restart_first_ = false;

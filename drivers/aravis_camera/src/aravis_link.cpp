@@ -522,6 +522,11 @@ class AravisLink final : public CameraLink {
       return arv_camera_create_stream(camera_.get(), &Arrivals::on_stream, &arrivals_, e);
     }));
     arrivals_.come_from(stream_.get());
+    if (arv_camera_is_gv_device(camera_.get()) != 0) {
+      identity_.packet_size = static_cast<int>(call("packet size", [&](GError** e) {
+        return arv_camera_gv_get_packet_size(camera_.get(), e);
+      }));
+    }
     if (ARV_IS_GV_STREAM(stream_.get())) {
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED,
                    "socket-buffer-size", kSocketBufferBytes, nullptr);

@@ -11,6 +11,7 @@
 #include <atomic>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <mutex>
 #include <stdexcept>
@@ -30,6 +31,10 @@ using emulator_faults::Fault;
 using Steady = std::chrono::steady_clock;
 
 constexpr std::uint16_t kControlPort = 3956;
+
+// Until a master sets another one. It cannot send test packets, so nobody negotiates it; loopback
+// takes packets of any size.
+constexpr std::uint32_t kPacketBytes = 9000;
 
 // How often the camera's thread looks for a trigger.
 constexpr std::chrono::microseconds kLook{500};
@@ -195,6 +200,7 @@ class GigeCamera::Body {
     write(kWidth, static_cast<std::uint32_t>(sensor_.width_px));
     write(kHeight, static_cast<std::uint32_t>(sensor_.height_px));
     write(kPixelFormat, pixel_formats(sensor_.pixel_format).front().code);
+    write(kPacketSize, kPacketBytes);
     write(kFakeTriggerSource, 1);
     write(kFramePeriodUs, free_period_us_);
     write_real(kBlackLevel, options_.black_level_dn);
@@ -274,8 +280,12 @@ class GigeCamera::Body {
         const std::scoped_lock lock(camera_mutex_);
         away = away_by_fault_;
         if (away && !faults_.strikes(Fault::dead_link, options_.name, clock_.now())) {
-          power_up();
-          away_by_fault_ = away = false;
+          try {
+            power_up();
+            away_by_fault_ = away = false;
+          } catch (const std::runtime_error&) {
+            // Somebody else has the address now; it is asked for again.
+          }
         }
         triggered = fake_ && take_trigger();
         if (fake_ && !triggered && Steady::now() > last_exposure + kIdleAfter) set_pace(kIdleHz);

@@ -37,6 +37,7 @@ inline constexpr std::uint32_t kVendorName = 0x48;
 inline constexpr std::uint32_t kModelName = 0x68;
 inline constexpr std::uint32_t kSerialNumber = 0xd8;
 inline constexpr std::uint32_t kStreamPort = 0x0d00;
+inline constexpr std::uint32_t kPacketSize = 0x0d04;
 
 // Values of TriggerSource.
 inline constexpr std::uint32_t kSoftware = 0;

@@ -24,6 +24,7 @@ struct CameraIdentity {
   Region region;  ///< as set
   double min_exposure_us = 0.0;
   double max_exposure_us = 0.0;
+  int packet_size = 0;  ///< of GigE Vision, bytes with headers, as negotiated or asked; else 0
   /// Names under which this camera has the features, for example "ExposureTimeAbs"; "" when it has
   /// none.
   std::string exposure_feature;
