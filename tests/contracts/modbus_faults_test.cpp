@@ -186,6 +186,22 @@ TEST_P(ModbusFaults, StopOfAnotherProcessIsTakenBackByHoming) {
   EXPECT_NEAR(go_to(at_share(0.5)).degrees(), at_share(0.5).degrees(), kResolutionDeg);
 }
 
+TEST(ModbusStageTakeOver, DriveThatSaysItIsHomedNeedsNoHoming) {
+  ModbusRig rig(Family::leadshine);
+  rig.stage(0)->home(kPatience);
+  const auto next = rig.stage(0);
+  EXPECT_EQ(next->wait_until_settled(kPatience), rig.world().truth().rig.axes[0].home);
+  next->begin_move_to(45_deg);
+  EXPECT_NEAR(next->wait_until_settled(kPatience).degrees(), 45.0, kResolutionDeg);
+}
+
+TEST(ModbusStageTakeOver, DriveThatCannotSaySoIsHomedAgain) {
+  ModbusRig rig(Family::az);
+  rig.stage(0)->home(kPatience);
+  EXPECT_THAT([&] { rig.stage(0)->begin_move_to(45_deg); },
+              ThrowsDeviceError(DeviceErrc::NotHomed));
+}
+
 INSTANTIATE_TEST_SUITE_P(Modbus, ModbusFaults, testing::Values(Family::leadshine, Family::az),
                          name_of_family);
 

@@ -163,6 +163,20 @@ TEST_F(UsbStageFaults, StopOfAnUnpluggedStageIsSafe) {
   expect_works();
 }
 
+TEST_F(UsbStageFaults, UnitThatSaysItIsHomedIsTakenOver) {
+  stage_.reset();
+  stage_ = rig_.open_stage();
+  EXPECT_NEAR(stage_->wait_until_settled(kPatience).degrees(), far_.degrees(), 0.01);
+  move_there_and_wait();
+}
+
+TEST_F(UsbStageFaults, UnitThatWasSwitchedOffIsNotTakenOver) {
+  stage_.reset();
+  rig_.bed.cycle_power(UsbRig::kStageName);
+  stage_ = rig_.open_stage();
+  EXPECT_THAT([&] { move_there_and_wait(); }, says(DeviceErrc::NotHomed, "home"));
+}
+
 TEST_F(UsbStageFaults, PowerThatFailedMeansNotHomed) {
   rig_.bed.cycle_power(UsbRig::kStageName);
   EXPECT_THAT([&] { stage_->begin_move_to(near_); }, ThrowsDeviceError(DeviceErrc::NotHomed));

@@ -65,6 +65,8 @@ AptStage::AptStage(std::shared_ptr<usb_bus::ByteStream> port, devices::AxisSetup
   steps_at(setup_.limits.max);
   identify();
   set_up();
+  // Homed since it was switched on, by whoever drove it before: that is as good as our own.
+  gate_.set_homed(link_->ask_status().has(status::kHomed));
 }
 
 AptStage::~AptStage() = default;

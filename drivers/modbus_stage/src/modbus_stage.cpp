@@ -87,15 +87,18 @@ ModbusStage::ModbusStage(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit,
   const double braking_s = setup_.max_speed_deg_per_s / setup_.acceleration_deg_per_s2;
   braking_time_ = kBrakingExtra + std::chrono::duration_cast<Clock::Duration>(
                                       std::chrono::duration<double>(kBrakingMargin * braking_s));
-  identify();
+  const DriveState state = identify();
+  // Homed since it was switched on, by whoever drove it before: that is as good as our own.
+  gate_.set_homed(profile_.homed.exists() && state.homed && !state.fault);
 }
 
 ModbusStage::~ModbusStage() = default;
 
-void ModbusStage::identify() {
+DriveState ModbusStage::identify() {
   link_->require_expected_settings();
-  link_->state(true);
+  const DriveState state = link_->state(true);
   identified_ = true;
+  return state;
 }
 
 void ModbusStage::link_failed(DeviceErrc code) {

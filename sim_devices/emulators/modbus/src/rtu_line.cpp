@@ -53,10 +53,9 @@ class ModbusRtuLine::Line {
     }
     // Held open: without any slave end the master reads errors.
     slave_ = checked(::open(path.data(), O_RDWR | O_NOCTTY | O_CLOEXEC), path.data());
-    termios settings{};
-    if (::tcgetattr(slave_.get(), &settings) != 0) fail("pseudo-terminal");
-    ::cfmakeraw(&settings);
-    if (::tcsetattr(slave_.get(), TCSANOW, &settings) != 0) fail("pseudo-terminal");
+    if (::tcgetattr(slave_.get(), &settings_) != 0) fail("pseudo-terminal");
+    ::cfmakeraw(&settings_);
+    if (::tcsetattr(slave_.get(), TCSANOW, &settings_) != 0) fail("pseudo-terminal");
     port_ = path.data();
     if (!options_.link.empty()) {
       std::filesystem::remove(options_.link);
@@ -82,6 +81,8 @@ class ModbusRtuLine::Line {
   const WireLog& log() const { return log_; }
 
  private:
+  static constexpr int kIdleLook_ms = 100;
+
   struct Late {
     Host::time_point due;
     Bytes frame;
@@ -95,6 +96,18 @@ class ModbusRtuLine::Line {
       if ((watched[0].revents & POLLIN) != 0) take();
       if (!pending_.empty() && Host::now() - last_byte_ >= kFrameEnds) silence();
       deliver_late();
+      take_back_speed();
+    }
+  }
+
+  /// A master that was killed leaves its speed behind. The next one asks for the same and for a
+  /// parity, which a pseudo-terminal does not have; the C library takes a request of which nothing
+  /// is done for an error. The speed means nothing here, so one of our own is kept.
+  void take_back_speed() {
+    termios now{};
+    if (::tcgetattr(slave_.get(), &now) != 0) return;
+    if (::cfgetospeed(&now) != ::cfgetospeed(&settings_)) {
+      ::tcsetattr(slave_.get(), TCSANOW, &settings_);
     }
   }
 
@@ -102,7 +115,7 @@ class ModbusRtuLine::Line {
     auto next = Host::time_point::max();
     if (!pending_.empty()) next = last_byte_ + kFrameEnds;
     for (const Late& late : late_) next = std::min(next, late.due);
-    if (next == Host::time_point::max()) return -1;
+    if (next == Host::time_point::max()) return kIdleLook_ms;
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - Host::now()).count();
     return static_cast<int>(std::clamp<std::int64_t>(left, 0, 1000));
   }
@@ -198,6 +211,7 @@ class ModbusRtuLine::Line {
   Units units_;
   WireLog log_;
   Descriptor master_;
+  termios settings_{};  ///< of a line nobody has set up
   Descriptor slave_;
   Descriptor wake_;
   std::string port_;

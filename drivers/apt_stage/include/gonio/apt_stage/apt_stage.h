@@ -18,7 +18,8 @@ class AptLink;
 ///
 /// Frame    Joint angle = home angle + (reversed ? -1 : 1) * position / steps_per_deg: the unit
 ///          counts from its home mark.
-/// State    The constructor identifies the unit, enables its motor and sets its speed. Unplugged or
+/// State    The constructor identifies the unit, enables its motor, sets its speed, and takes it
+///          over without homing when it says that it is homed. Unplugged or
 ///          switched off and on it counts as not homed; home() looks for an unplugged one again by
 ///          its serial, for at most kReconnect.
 /// Settled  Completed (told so, or the settled bit), not moving, and within in_position_deg of

@@ -19,7 +19,8 @@ struct JointLimits {
 /// Frame    Joint angle as the rig file counts it: counter-clockwise positive seen from the shaft
 ///          end; the home mark lies at the axis's `home` angle, which need not be 0 (a lamp arm has
 ///          no business at 0). Turning joints into theta/phi belongs to core/rig and calibration.
-/// State    constructed -> home() -> ready; motion before home() throws NotHomed. stop() latches:
+/// State    constructed -> home() -> ready; motion before home() throws NotHomed, unless the device
+///          itself says that it is homed since it was switched on. stop() latches:
 ///          every motion throws Stopped until rearm(). A stop during a move keeps the axis homed.
 /// Threads  One controlling thread. Only stop() may be called from any other.
 /// Errors   DeviceError; its code() tells the scheduler whether to retry.

@@ -49,7 +49,8 @@ struct MoveNumbers;
 ///
 /// Angle    home + steps / steps_per_deg, negated when reversed. What wait_until_settled() returns
 ///          is the drive's feedback, never its target.
-/// State    As RotationStage. An alarm, a lost link and a drive that says it has lost its reference
+/// State    As RotationStage; a drive that says it is homed is taken over without homing. An alarm,
+/// a lost link and a drive that says it has lost its reference
 ///          leave the axis not homed; home() then identifies the drive again.
 /// Time     Timeouts and settling are on the session's clock; the bus has its own deadlines.
 /// Threads  As RotationStage. stop() waits for one transaction on the bus at most.
@@ -83,7 +84,7 @@ class ModbusStage final : public devices::RotationStage {
   DriveState state();
 
  private:
-  void identify();
+  DriveState identify();
   void link_failed(devices::DeviceErrc code);
   bool send_stop() noexcept;
   void release_stop();
