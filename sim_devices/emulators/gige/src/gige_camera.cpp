@@ -40,10 +40,11 @@ constexpr std::uint32_t kPacketBytes = 9000;
 constexpr std::chrono::microseconds kLook{500};
 // How often one that vanished asks whether its fault has worn off.
 constexpr std::chrono::milliseconds kAwayLook{100};
-// The fake camera looks for frames to send on a grid of this frequency, and burns the last
-// millisecond before each of its points.
-constexpr double kBusyHz = 250.0;
-constexpr double kIdleHz = 25.0;
+// The fake camera looks for frames to send on a grid of this frequency. It sleeps whole
+// milliseconds and burns the rest up to the next point: periods a little above whole ones cost
+// little.
+constexpr double kBusyHz = 1000.0 / 1.2;
+constexpr double kIdleHz = 1000.0 / 40.2;
 constexpr std::chrono::milliseconds kIdleAfter{500};
 // Half of all packets: that all or none of a frame's dozens are lost does not happen.
 constexpr double kLossRatio = 0.5;

@@ -73,6 +73,7 @@ std::vector<unsigned> window(const devices::Frame& frame, const ImageSettings& s
 /// A stream of bits, lowest first.
 std::vector<std::uint8_t> without_gaps(std::span<const unsigned> values, int bits) {
   std::vector<std::uint8_t> bytes;
+  bytes.reserve(values.size() * static_cast<std::size_t>(bits) / 8 + 1);
   std::uint64_t waiting = 0;
   int held = 0;
   for (const unsigned value : values) {
