@@ -151,6 +151,7 @@ Bytes exception_pdu(std::uint8_t function, Exception exception) {
 Bytes answer(RegisterDevice& device, std::span<const std::uint8_t> pdu) {
   if (pdu.empty()) return exception_pdu(0, Exception::illegal_function);
   const std::uint8_t function = pdu[0];
+  if (pdu.size() > kMaxPdu) return exception_pdu(function, Exception::illegal_value);
   if (!device.knows_function(function)) {
     return exception_pdu(function, Exception::illegal_function);
   }
