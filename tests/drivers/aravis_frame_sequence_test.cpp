@@ -43,7 +43,7 @@ TEST(FrameSequence, WideIdsGoOnPastSixteenBits) {
 }
 
 TEST(FrameSequence, RepeatedAndOlderIdsAreNoGoodFrames) {
-  EXPECT_NE(after(7, 7).problem.find("7"), std::string::npos);
+  EXPECT_NE(after(7, 7).problem.find('7'), std::string::npos);
   EXPECT_FALSE(after(7, 6).problem.empty());
   EXPECT_FALSE(after(1, 65535).problem.empty());
   EXPECT_FALSE(after(2, 65530).problem.empty());

@@ -369,6 +369,8 @@ class GigeCamera::Body {
                         static_cast<std::size_t>(arv_buffer_get_image_height(buffer));
     const std::size_t room = pixels * ARV_PIXEL_FORMAT_BIT_PER_PIXEL(format) / 8;
     std::size_t size = 0;
+    // Whoever fills a buffer gets its memory by the reader's function only.
+    // NOLINTNEXTLINE(cppcoreguidelines-pro-type-const-cast)
     auto* const data = const_cast<void*>(arv_buffer_get_data(buffer, &size));
     const std::vector<std::uint8_t>& bytes = next_image(buffer, room);
     if (bytes.size() == room) {
