@@ -44,6 +44,9 @@ class AptLink {
   void forget();
   const Notices& notices() const { return notices_; }
 
+  /// Throws away what has come and what is half read: the next message begins with the next byte.
+  void resynchronise();
+
   /// After a reconnection nothing of what was half read is left.
   void reset();
 
@@ -51,7 +54,6 @@ class AptLink {
   Message ask_once(const Bytes& question, MessageId answer);
   bool receive(std::chrono::milliseconds deadline);
   std::optional<Message> next();
-  void resynchronise();
 
   std::shared_ptr<usb_bus::ByteStream> port_;
   AptDecoder decoder_;

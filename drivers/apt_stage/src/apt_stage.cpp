@@ -66,7 +66,7 @@ AptStage::AptStage(std::shared_ptr<usb_bus::ByteStream> port, devices::AxisSetup
   identify();
   set_up();
   // Homed since it was switched on, by whoever drove it before: that is as good as our own.
-  gate_.set_homed(link_->ask_status().has(status::kHomed));
+  gate_.set_homed(confirmed_status().has(status::kHomed));
 }
 
 AptStage::~AptStage() = default;
@@ -139,8 +139,18 @@ auto AptStage::losing_home(Act act) {
   }
 }
 
+/// Messages have no checksum: half of one with the next behind it can look like anything. What
+/// would end a session is believed when it is said twice.
+StatusUpdate AptStage::confirmed_status() {
+  const StatusUpdate status = link_->ask_status();
+  const bool lost_home = gate_.homed() && !status.has(status::kHomed);
+  if (alarms_in(status) == 0 && !lost_home) return status;
+  link_->resynchronise();
+  return link_->ask_status();
+}
+
 StatusUpdate AptStage::checked_status() {
-  const StatusUpdate status = losing_home([&] { return link_->ask_status(); });
+  const StatusUpdate status = losing_home([&] { return confirmed_status(); });
   require_no_alarm(status);
   if (gate_.homed() && !status.has(status::kHomed)) {
     gate_.set_homed(false);
@@ -151,10 +161,15 @@ StatusUpdate AptStage::checked_status() {
   return status;
 }
 
-void AptStage::require_no_alarm(const StatusUpdate& status) const {
+std::uint32_t AptStage::alarms_in(const StatusUpdate& status) const {
   std::uint32_t alarms = status.bits & model_.alarm_bits;
   const double from_home_deg = std::abs(status.position / model_.steps_per_deg);
   if (from_home_deg > model_.home_switch_deg) alarms |= status.bits & status::kLimits;
+  return alarms;
+}
+
+void AptStage::require_no_alarm(const StatusUpdate& status) const {
+  const std::uint32_t alarms = alarms_in(status);
   if (alarms == 0) return;
   throw DeviceError(DeviceErrc::Fault, name(),
                     fmt::format("the stage reports: {}; look at it, then switch it off and on or "
@@ -168,7 +183,7 @@ void AptStage::home(std::chrono::milliseconds timeout) {
   if (!link_->port().connected()) reconnect();
   losing_home([&] {
     set_up();  // it may have been switched off since
-    StatusUpdate before = link_->ask_status();
+    StatusUpdate before = confirmed_status();
     before.bits &= ~status::kLimits;  // homing drives off a switch
     require_no_alarm(before);
     {
@@ -193,7 +208,7 @@ void AptStage::wait_for_home(Time deadline, std::chrono::milliseconds timeout) {
   bool seen_homing = false;
   while (true) {
     gate_.require_not_stopped();
-    StatusUpdate status = link_->ask_status();
+    StatusUpdate status = confirmed_status();
     seen_homing = seen_homing || status.has(status::kHoming);
     const bool told = link_->notices().homed || seen_homing;  // not the bit of an earlier homing
     if (told && status.has(status::kHomed) && !status.has(status::kInMotion)) {
@@ -294,7 +309,7 @@ void AptStage::rearm() {
                         std::chrono::duration_cast<Time>(std::chrono::duration<double>(braking_s));
   try {
     while (true) {
-      StatusUpdate status = link_->ask_status();
+      StatusUpdate status = confirmed_status();
       status.bits &= ~status::kLimits;  // home() drives off a switch, and needs this first
       require_no_alarm(status);
       if (!status.has(status::kInMotion)) break;

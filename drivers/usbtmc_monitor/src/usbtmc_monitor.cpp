@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -34,9 +35,26 @@ UsbtmcMonitor::UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, Monitor
 
 UsbtmcMonitor::~UsbtmcMonitor() = default;
 
+template <class Question>
+auto UsbtmcMonitor::repeated(Question question, const std::function<void()>& before_giving_up) {
+  for (int attempt = 1;; ++attempt) {
+    try {
+      return question();
+    } catch (const DeviceError& error) {
+      const bool may_help =
+          error.code() == DeviceErrc::Timeout || error.code() == DeviceErrc::Protocol;
+      if (!may_help) throw;
+      pipe_->recover();
+      if (attempt < kAttempts) continue;
+      before_giving_up();
+      throw;
+    }
+  }
+}
+
 void UsbtmcMonitor::identify() {
   pipe_->recover();  // another program may have left an answer half read
-  const std::string answer = printable(pipe_->query("*IDN?\n"));
+  const std::string answer = printable(repeated([this] { return pipe_->query("*IDN?\n"); }, [] {}));
   std::array<std::string, 4> fields;
   std::size_t begin = 0;
   for (std::string& field : fields) {
@@ -67,19 +85,7 @@ void UsbtmcMonitor::reconnect() {
 
 double UsbtmcMonitor::read() {
   if (!pipe_->device().connected()) reconnect();
-  for (int attempt = 1;; ++attempt) {
-    try {
-      return read_once();
-    } catch (const DeviceError& error) {
-      const bool may_help =
-          error.code() == DeviceErrc::Timeout || error.code() == DeviceErrc::Protocol;
-      if (!may_help) throw;
-      pipe_->recover();
-      if (attempt < kAttempts) continue;
-      require_no_error();
-      throw;
-    }
-  }
+  return repeated([this] { return read_once(); }, [this] { require_no_error(); });
 }
 
 double UsbtmcMonitor::read_once() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -58,7 +59,9 @@ class AptStage final : public devices::RotationStage {
   void identify();
   void set_up();
   void reconnect();
+  StatusUpdate confirmed_status();
   StatusUpdate checked_status();
+  std::uint32_t alarms_in(const StatusUpdate& status) const;
   void require_no_alarm(const StatusUpdate& status) const;
   void wait_for_home(Time deadline, std::chrono::milliseconds timeout);
   void wait_for_arrival(Time deadline);

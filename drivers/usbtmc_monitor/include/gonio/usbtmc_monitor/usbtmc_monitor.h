@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -52,6 +53,9 @@ class UsbtmcMonitor final : public devices::LampMonitor {
   void identify();
   void reconnect();
   double read_once();
+  /// Asks again, the instrument's buffers emptied, after Timeout and Protocol.
+  template <class Question>
+  auto repeated(Question question, const std::function<void()>& before_giving_up);
   /// Throws Fault when the instrument has an error of its own to tell.
   void require_no_error();
 
