@@ -35,7 +35,7 @@ constexpr int kFastBaud = 19200;
 constexpr std::chrono::microseconds kFastSilence{1750};
 /// Before a unit that refused for the moment is asked again.
 constexpr std::chrono::milliseconds kBusyPause{20};
-constexpr int kListenSlice_ms = 5;
+constexpr std::chrono::milliseconds kListenSlice{5};
 /// So many response times after a missing answer it is still expected.
 constexpr int kLateWindow = 4;
 /// By then the rest of a frame has come whose first bytes have (256 characters at 38400 baud).
@@ -252,7 +252,7 @@ class LibmodbusBus final : public ModbusBus {
 
   bool bytes_come() {
     pollfd line{modbus_get_socket(context_.get()), POLLIN, 0};
-    return ::poll(&line, 1, kListenSlice_ms) > 0;
+    return ::poll(&line, 1, static_cast<int>(kListenSlice.count())) > 0;
   }
 
   Failure lost(const char* what) {
