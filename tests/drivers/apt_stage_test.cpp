@@ -179,11 +179,30 @@ class AptStageTest : public testing::Test {
 
 TEST_F(AptStageTest, IntroducesItselfThenIdentifiesThenSetsUp) {
   using enum MessageId;
-  EXPECT_THAT(unit_->sent, ElementsAre(HW_NO_FLASH_PROGRAMMING, HW_STOP_UPDATEMSGS, HW_REQ_INFO,
-                                       MOD_SET_CHANENABLESTATE, MOT_SET_VELPARAMS,
-                                       MOT_SET_HOMEPARAMS, MOT_REQ_VELPARAMS, MOT_REQ_HOMEPARAMS,
-                                       MOT_REQ_DCSTATUSUPDATE));
+  EXPECT_THAT(unit_->sent,
+              ElementsAre(HW_NO_FLASH_PROGRAMMING, HW_STOP_UPDATEMSGS, HW_REQ_INFO,
+                          MOD_SET_CHANENABLESTATE, MOT_SET_VELPARAMS, MOT_SET_HOMEPARAMS,
+                          MOT_REQ_VELPARAMS, MOT_REQ_HOMEPARAMS, MOT_REQ_DCSTATUSUPDATE));
   EXPECT_EQ(stage_->identity().serial, 42u);
+}
+
+TEST_F(AptStageTest, TakesAHomedUnitOverWhereItStands) {
+  unit_->stand_at(5.0);
+  open();
+  EXPECT_NEAR(stage_->wait_until_settled(1min).degrees(), 15.0, 1e-5);
+  EXPECT_NO_THROW(stage_->begin_move_to(20.0_deg));
+}
+
+TEST_F(AptStageTest, ReadingAStandingAxisIsOneQuestion) {
+  homed();
+  stage_->begin_move_to(20.0_deg);
+  unit_->stand_at(10.0);
+  stage_->wait_until_settled(1min);
+  unit_->sent.clear();
+  const auto before = clock_.now();
+  stage_->wait_until_settled(1min);
+  EXPECT_THAT(unit_->sent, ElementsAre(MessageId::MOT_REQ_DCSTATUSUPDATE));
+  EXPECT_EQ(clock_.now(), before);
 }
 
 TEST_F(AptStageTest, SetsSpeedsInTheUnitsOfItsModel) {

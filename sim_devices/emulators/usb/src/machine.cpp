@@ -66,9 +66,9 @@ void Machine::add(std::unique_ptr<EmulatedDevice> device) {
     }
   }
   auto socket = std::make_unique<Socket>();
-  socket->machine = this;
   socket->device = std::move(device);
   socket->port = static_cast<int>(sockets_.size()) + 1;
+  socket->machine = this;
   sockets_.push_back(std::move(socket));
   plug(*sockets_.back());
 }

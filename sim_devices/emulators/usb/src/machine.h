@@ -4,6 +4,7 @@
 
 #include <umockdev.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <cstring>
 #include <deque>
@@ -69,7 +70,9 @@ class Machine;
 
 /// A device and the place where it is plugged in.
 struct Socket {
-  Machine* machine = nullptr;
+  /// Atomic because it is how umockdev's thread, which comes here through a plain pointer, sees
+  /// what the one that plugged the device in has made.
+  std::atomic<Machine*> machine = nullptr;
   std::unique_ptr<EmulatedDevice> device;
   int port = 0;
   int address = 0;  ///< on the bus; another one at every plugging in

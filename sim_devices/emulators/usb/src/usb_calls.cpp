@@ -96,7 +96,7 @@ void Socket::forget_gone() {
 
 gboolean Machine::on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* call, gpointer data) {
   auto& socket = *static_cast<Socket*>(data);
-  socket.machine->handle(socket, call);
+  socket.machine.load()->handle(socket, call);
   return 1;
 }
 
