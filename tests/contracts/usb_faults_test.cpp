@@ -170,6 +170,16 @@ TEST_F(UsbStageFaults, UnitThatSaysItIsHomedIsTakenOver) {
   move_there_and_wait();
 }
 
+// The unit counts its unacknowledged messages over all of them, and falls silent after 50.
+TEST_F(UsbStageFaults, ManyShortPrograms) {
+  stage_.reset();
+  const auto port = UsbRig::open_port();
+  for (int program = 0; program < 60; ++program) {
+    const auto stage = rig_.stage_on(port);
+    ASSERT_NEAR(stage->wait_until_settled(kPatience).degrees(), far_.degrees(), 0.01) << program;
+  }
+}
+
 TEST_F(UsbStageFaults, UnitThatWasSwitchedOffIsNotTakenOver) {
   stage_.reset();
   rig_.bed.cycle_power(UsbRig::kStageName);

@@ -59,12 +59,17 @@ struct UsbRig {
     return {apt_stage::kAptVendor, apt_stage::kAptProduct, kStageSerial, std::nullopt};
   }
 
-  std::shared_ptr<apt_stage::AptStage> open_stage() {
-    auto port =
-        std::make_shared<usb_bus::FtdiPort>(usb_bus::open_usb_device(kStageName, stage_address()));
+  static std::shared_ptr<usb_bus::FtdiPort> open_port() {
+    return std::make_shared<usb_bus::FtdiPort>(
+        usb_bus::open_usb_device(kStageName, stage_address()));
+  }
+
+  std::shared_ptr<apt_stage::AptStage> stage_on(std::shared_ptr<usb_bus::ByteStream> port) {
     return std::make_shared<apt_stage::AptStage>(std::move(port), setup(), apt_stage::k10cr1(),
                                                  reversed, world.clock());
   }
+
+  std::shared_ptr<apt_stage::AptStage> open_stage() { return stage_on(open_port()); }
 
   static usb_bus::UsbAddress meter_address() {
     return {std::nullopt, std::nullopt, kMeterSerial, usb_bus::kUsbtmcClass};

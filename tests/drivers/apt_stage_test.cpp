@@ -179,10 +179,10 @@ class AptStageTest : public testing::Test {
 
 TEST_F(AptStageTest, IntroducesItselfThenIdentifiesThenSetsUp) {
   using enum MessageId;
-  EXPECT_THAT(unit_->sent,
-              ElementsAre(HW_NO_FLASH_PROGRAMMING, HW_STOP_UPDATEMSGS, HW_REQ_INFO,
-                          MOD_SET_CHANENABLESTATE, MOT_SET_VELPARAMS, MOT_SET_HOMEPARAMS,
-                          MOT_REQ_VELPARAMS, MOT_REQ_HOMEPARAMS, MOT_REQ_DCSTATUSUPDATE));
+  EXPECT_THAT(unit_->sent, ElementsAre(HW_NO_FLASH_PROGRAMMING, HW_STOP_UPDATEMSGS, HW_REQ_INFO,
+                                       MOT_ACK_DCSTATUSUPDATE, MOD_SET_CHANENABLESTATE,
+                                       MOT_SET_VELPARAMS, MOT_SET_HOMEPARAMS, MOT_REQ_VELPARAMS,
+                                       MOT_REQ_HOMEPARAMS, MOT_REQ_DCSTATUSUPDATE));
   EXPECT_EQ(stage_->identity().serial, 42u);
 }
 

@@ -50,11 +50,13 @@ Message AptLink::ask_once(const Bytes& question, MessageId answer) {
 
 StatusUpdate AptLink::ask_status() {
   const Message answer = ask(request_status(), MessageId::MOT_GET_DCSTATUSUPDATE);
-  if (unacknowledged_ >= kAcknowledgeAfter) {
-    send(acknowledge_status());
-    unacknowledged_ = 0;
-  }
+  if (unacknowledged_ >= kAcknowledgeAfter) acknowledge();
   return status_update(answer).value();  // its length was checked by the decoder
+}
+
+void AptLink::acknowledge() {
+  send(acknowledge_status());
+  unacknowledged_ = 0;
 }
 
 void AptLink::forget() {

@@ -19,7 +19,7 @@ class AptLink {
   static constexpr int kAttempts = 3;
   static constexpr std::chrono::milliseconds kAnswer{250};  ///< for one answer, host time
   /// The unit falls silent after 50 status messages without an acknowledgement (issue 25,
-  /// MOT_ACK_DCSTATUSUPDATE).
+  /// MOT_ACK_DCSTATUSUPDATE), whoever asked for them: acknowledge() before the first question.
   static constexpr int kAcknowledgeAfter = 10;
 
   /// What came unasked since forget().
@@ -38,6 +38,8 @@ class AptLink {
   /// Throws Timeout (nothing came), Protocol (something broken did), Disconnected.
   Message ask(const Bytes& question, MessageId answer);
   StatusUpdate ask_status();
+  /// So that the unit goes on answering ask_status(), which does this by itself from then on.
+  void acknowledge();
 
   /// Reads what has come and forgets all notices, so that what is told from now on belongs to the
   /// command that follows.

@@ -105,6 +105,8 @@ void AptStage::set_up() {
   home.velocity = velocity(std::min(model_.home_speed_deg_per_s, setup_.max_speed_deg_per_s));
   home.offset = in_units(model_.home_offset_deg * model_.steps_per_deg, "home offset", name());
 
+  // The unit counts what was not acknowledged over all programs that ever asked it.
+  link_->acknowledge();
   link_->send(enable_channel(true));
   link_->send(set_velocity(params));
   link_->send(set_home(home));
