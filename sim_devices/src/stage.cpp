@@ -10,15 +10,6 @@ namespace gonio::sim {
 using devices::DeviceErrc;
 using devices::DeviceError;
 
-namespace {
-
-devices::Clock::Duration later(devices::Clock::Duration now, std::chrono::milliseconds timeout) {
-  constexpr auto kLongest = std::chrono::milliseconds(std::chrono::hours(24 * 365));
-  return now + std::clamp(timeout, std::chrono::milliseconds(0), kLongest);
-}
-
-}  // namespace
-
 SimRotationStage::SimRotationStage(const rig::Axis& axis, Joint& joint, VirtualClock& clock)
     : gate_(axis.name, {axis.min, axis.max}), joint_(joint), clock_(clock) {}
 
@@ -51,7 +42,7 @@ Angle SimRotationStage::wait_until_settled(std::chrono::milliseconds timeout) {
 
 void SimRotationStage::wait_for(devices::Clock::Duration settled, std::chrono::milliseconds timeout,
                                 const char* what) {
-  const devices::Clock::Duration deadline = later(clock_.now(), timeout);
+  const devices::Clock::Duration deadline = devices::deadline_after(clock_, timeout);
   clock_.wait_until(std::min(settled, deadline), [this] { return gate_.latched(); });
   gate_.require_not_stopped();
   if (settled > deadline) {
@@ -65,6 +56,6 @@ void SimRotationStage::stop() noexcept {
   joint_.brake(clock_.now());
 }
 
-void SimRotationStage::rearm() { gate_.rearm(); }
+void SimRotationStage::rearm() { gate_.rearm(gate_.stops()); }
 
 }  // namespace gonio::sim

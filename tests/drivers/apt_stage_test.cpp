@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "../contracts/throws_device_error.h"
@@ -381,6 +382,18 @@ TEST_F(AptStageTest, StopThatWasLostIsRepeatedWhenRearmed) {
   unit_->on_message = [&](MessageId id) {
     if (id == MessageId::MOT_MOVE_STOP) unit_->stand_at(6.0);
   };
+  EXPECT_NO_THROW(stage_->rearm());
+}
+
+TEST_F(AptStageTest, StopThatComesWhileTheOneBeforeIsRearmedStaysLatched) {
+  homed();
+  stage_->stop();
+  bool stopped = false;
+  unit_->on_message = [&](MessageId id) {  // as another thread would
+    if (id == MessageId::MOT_REQ_DCSTATUSUPDATE && !std::exchange(stopped, true)) stage_->stop();
+  };
+  EXPECT_THAT([&] { stage_->rearm(); }, ThrowsDeviceError(DeviceErrc::Stopped));
+  EXPECT_THAT([&] { stage_->begin_move_to(20.0_deg); }, ThrowsDeviceError(DeviceErrc::Stopped));
   EXPECT_NO_THROW(stage_->rearm());
 }
 

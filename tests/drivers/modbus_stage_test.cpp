@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <utility>
 
 #include "fake_modbus_bus.h"
 #include "gonio/devices/steady_clock.h"
@@ -249,6 +250,20 @@ TEST_F(ModbusStageTest, StopThatDidNotGetThroughIsSentAgainBeforeRearming) {
   stage->rearm();
   ASSERT_FALSE(bus_->writes.empty());
   EXPECT_EQ(bus_->writes[0].request, modbus_bus::write_register(kCommand, 4));
+}
+
+TEST_F(ModbusStageTest, StopThatComesWhileTheOneBeforeIsRearmedStaysLatchedAndSet) {
+  const auto stage = homed();
+  stage->stop();
+  bool stopped = false;
+  bus_->on_read = [&](const Request&) {  // as another thread would
+    if (!std::exchange(stopped, true)) stage->stop();
+  };
+  expect_error(DeviceErrc::Stopped, "", [&] { stage->rearm(); });
+  EXPECT_EQ(bus_->registers[kCommand], 4);  // nothing has released it
+  expect_error(DeviceErrc::Stopped, "", [&] { stage->begin_move_to(0.0_deg); });
+  stage->rearm();
+  EXPECT_EQ(bus_->registers[kCommand], 0);
 }
 
 TEST_F(ModbusStageTest, LostLinkUnhomesAndTheDriveIsIdentifiedAgain) {

@@ -25,12 +25,6 @@ constexpr std::chrono::milliseconds kStopPatience{1000};
 // One that stands still this long away from its target has not heard of the move, or lost it.
 constexpr std::chrono::milliseconds kStandingPatience{2000};
 
-devices::Clock::Duration deadline_after(const devices::Clock& clock,
-                                        std::chrono::milliseconds timeout) {
-  constexpr auto kLongest = std::chrono::milliseconds(std::chrono::hours(24 * 365));
-  return clock.now() + std::clamp(timeout, std::chrono::milliseconds(0), kLongest);
-}
-
 std::int32_t in_units(double value, const char* what, const std::string& axis) {
   const double rounded = std::round(value);
   if (!(std::abs(rounded) <= std::numeric_limits<std::int32_t>::max())) {
@@ -181,7 +175,7 @@ void AptStage::require_no_alarm(const StatusUpdate& status) const {
 
 void AptStage::home(std::chrono::milliseconds timeout) {
   gate_.require_not_stopped();
-  const Time deadline = deadline_after(clock_, timeout);
+  const Time deadline = devices::deadline_after(clock_, timeout);
   if (!link_->port().connected()) reconnect();
   losing_home([&] {
     set_up();  // it may have been switched off since
@@ -246,7 +240,7 @@ void AptStage::begin_move_to(Angle target) {
 
 Angle AptStage::wait_until_settled(std::chrono::milliseconds timeout) {
   gate_.require_ready();
-  const Time deadline = deadline_after(clock_, timeout);
+  const Time deadline = devices::deadline_after(clock_, timeout);
   if (target_) {
     if (!settled_at_) wait_for_arrival(deadline);
     wait_for_settling(deadline, timeout);
@@ -306,6 +300,7 @@ void AptStage::stop() noexcept {
 
 void AptStage::rearm() {
   if (!gate_.latched()) return;
+  const std::uint64_t stops = gate_.stops();
   const double braking_s = setup_.max_speed_deg_per_s / setup_.acceleration_deg_per_s2;
   const Time deadline = clock_.now() + kStopPatience +
                         std::chrono::duration_cast<Time>(std::chrono::duration<double>(braking_s));
@@ -329,7 +324,7 @@ void AptStage::rearm() {
   }
   target_.reset();
   settled_at_.reset();
-  gate_.rearm();
+  gate_.rearm(stops);
 }
 
 std::int32_t AptStage::steps_at(Angle joint) const {

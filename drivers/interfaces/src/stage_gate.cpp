@@ -60,12 +60,17 @@ StageGate::Hold StageGate::hold_for_homing() {
 }
 
 StageGate::Hold StageGate::hold_for_stop() noexcept {
-  latched_ = true;
+  ++stops_;
   return Hold(mutex_);
 }
 
+void StageGate::rearm(std::uint64_t stops) {
+  rearmed_ = stops;
+  require_not_stopped();
+}
+
 void StageGate::require_not_stopped() const {
-  if (latched_) throw DeviceError(DeviceErrc::Stopped, name_, "stop() is latched; rearm() first");
+  if (latched()) throw DeviceError(DeviceErrc::Stopped, name_, "stop() is latched; rearm() first");
 }
 
 void StageGate::require_ready() const {

@@ -26,11 +26,6 @@ constexpr std::chrono::milliseconds kSettleSlice{20};  // how late a stop is not
 constexpr double kBrakingMargin = 2.0;                 // a drive may brake by a setting of its own
 constexpr std::chrono::seconds kBrakingExtra{1};
 
-Clock::Duration deadline_after(Clock::Duration now, std::chrono::milliseconds timeout) {
-  constexpr auto kLongest = std::chrono::milliseconds(std::chrono::hours(24 * 365));
-  return now + std::clamp(timeout, std::chrono::milliseconds(0), kLongest);
-}
-
 /// Since when an axis has been standing, on the host's clock.
 class StandingTime {
  public:
@@ -111,7 +106,7 @@ void ModbusStage::link_failed(DeviceErrc code) {
 }
 
 void ModbusStage::home(std::chrono::milliseconds timeout) {
-  const Clock::Duration deadline = deadline_after(clock_.now(), timeout);
+  const Clock::Duration deadline = devices::deadline_after(clock_, timeout);
   { const auto hold = gate_.hold_for_homing(); }
   target_steps_.reset();
   settled_ = false;
@@ -136,7 +131,7 @@ void ModbusStage::make_ready_for_homing() {
     if (!send_stop()) fail(DeviceErrc::Timeout, "cannot be stopped before homing");
     wait_until_standing();
   }
-  release_stop();
+  release_stop(unless_stopped());
   if (state.enabled || profile_.enable.empty()) return;
   link_->command(profile_.enable, {}, unless_stopped());
   const Host::time_point last = Host::now() + profile_.start_time + options_.arrival_patience;
@@ -179,7 +174,7 @@ void ModbusStage::begin_move_to(Angle target) {
 
 Angle ModbusStage::wait_until_settled(std::chrono::milliseconds timeout) {
   gate_.require_ready();
-  const Clock::Duration deadline = deadline_after(clock_.now(), timeout);
+  const Clock::Duration deadline = devices::deadline_after(clock_, timeout);
   StandingTime standing;
   while (true) {
     const DriveState state = link_->state(false);
@@ -224,7 +219,6 @@ void ModbusStage::settle(Clock::Duration deadline) {
 }
 
 void ModbusStage::stop() noexcept {
-  ++stops_;
   { const auto hold = gate_.hold_for_stop(); }
   stop_failed_ = !send_stop();
 }
@@ -241,7 +235,7 @@ std::function<bool()> ModbusStage::unless_stopped() const {
 }
 
 void ModbusStage::rearm() {
-  const std::uint64_t stops_before = stops_;
+  const std::uint64_t stops = gate_.stops();
   if (gate_.latched()) {
     if (stop_failed_) stop_failed_ = !send_stop();
     wait_until_standing();
@@ -251,12 +245,8 @@ void ModbusStage::rearm() {
   const DriveState state = link_->state(false);
   if (state.fault) require_sound(state);
   if (!gate_.latched()) return;
-  release_stop();
-  gate_.rearm();
-  if (stops_ != stops_before) {  // one came while this one was looked after
-    stop();
-    gate_.require_not_stopped();
-  }
+  release_stop([&] { return gate_.stops() != stops; });
+  gate_.rearm(stops);
 }
 
 void ModbusStage::wait_until_standing() {
@@ -316,10 +306,15 @@ std::string ModbusStage::standing_text(const DriveState& state) const {
                      angle_from_steps(*target_steps_).degrees());
 }
 
-void ModbusStage::release_stop() {
-  if (!stop_set_) return;
-  link_->command(profile_.release);
-  stop_set_ = false;
+void ModbusStage::release_stop(const std::function<bool()>& given_up) {
+  // Before it is sent: a stop that comes behind it sets it again.
+  if (!stop_set_.exchange(false)) return;
+  try {
+    link_->command(profile_.release, {}, given_up);
+  } catch (const DeviceError&) {
+    stop_set_ = true;
+    throw;
+  }
 }
 
 void ModbusStage::fail(DeviceErrc code, const std::string& message) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 
 namespace gonio::devices {
@@ -29,6 +30,12 @@ class Clock {
 /// A time or a duration in seconds.
 inline double to_seconds(Clock::Duration time) {
   return std::chrono::duration<double>(time).count();
+}
+
+/// When `timeout` from now on is over. One below 0 counts as 0, one of more than a year as a year.
+inline Clock::Duration deadline_after(const Clock& clock, std::chrono::milliseconds timeout) {
+  constexpr auto kLongest = std::chrono::milliseconds(std::chrono::hours(24 * 365));
+  return clock.now() + std::clamp(timeout, std::chrono::milliseconds(0), kLongest);
 }
 
 }  // namespace gonio::devices

@@ -52,7 +52,8 @@ class RotationStage {
   /// Brakes now and latches. Safe from any thread and from destructors.
   virtual void stop() noexcept = 0;
 
-  /// Allows motion again after stop(). Throws Fault while an alarm stands.
+  /// Allows motion again after stop(). Throws Fault while an alarm stands; Stopped when another
+  /// stop() came meanwhile, which stays latched.
   virtual void rearm() = 0;
 
  protected:

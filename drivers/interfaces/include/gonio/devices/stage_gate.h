@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cstdint>
 #include <mutex>
 #include <string>
 
@@ -25,7 +26,7 @@ struct AxisSetup {
 /// The rules of RotationStage that do not depend on the protocol: limits, homing, and a stop that
 /// latches. A driver asks it before it sends anything that moves.
 ///
-/// Threads  latch(), latched() and what takes a Hold from any thread; the rest belongs to the
+/// Threads  latched(), stops() and what takes a Hold from any thread; the rest belongs to the
 ///          controlling thread.
 class StageGate {
  public:
@@ -43,9 +44,14 @@ class StageGate {
   /// Latches at once, then waits for whoever holds: what has been sent by then is stopped by what
   /// the caller sends while he holds this.
   Hold hold_for_stop() noexcept;
-  void rearm() { latched_ = false; }
 
-  bool latched() const noexcept { return latched_; }
+  /// How many stops there were.
+  std::uint64_t stops() const noexcept { return stops_; }
+  bool latched() const noexcept { return stops_ != rearmed_; }
+  /// Takes the latch back as of `stops`, which the caller read before he made sure that the axis
+  /// stands. Throws Stopped when another one has come since; the latch then stays.
+  void rearm(std::uint64_t stops);
+
   bool homed() const noexcept { return homed_; }
   void set_homed(bool homed) { homed_ = homed; }
 
@@ -63,7 +69,8 @@ class StageGate {
   std::string name_;
   JointLimits limits_;
   std::mutex mutex_;
-  std::atomic<bool> latched_ = false;
+  std::atomic<std::uint64_t> stops_ = 0;
+  std::atomic<std::uint64_t> rearmed_ = 0;  ///< of them
   std::atomic<bool> homed_ = false;
 };
 

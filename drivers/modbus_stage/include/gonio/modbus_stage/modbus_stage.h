@@ -87,7 +87,7 @@ class ModbusStage final : public devices::RotationStage {
   DriveState identify();
   void link_failed(devices::DeviceErrc code);
   bool send_stop() noexcept;
-  void release_stop();
+  void release_stop(const std::function<bool()>& given_up);
   std::function<bool()> unless_stopped() const;
 
   void require_sound(const DriveState& state);
@@ -118,8 +118,7 @@ class ModbusStage final : public devices::RotationStage {
   std::int64_t tolerance_steps_ = 0;
   bool identified_ = false;
   std::optional<std::int32_t> target_steps_;  ///< of the move begun last
-  std::atomic<std::uint64_t> stops_ = 0;
-  bool settled_ = false;  ///< since then
+  bool settled_ = false;                      ///< since then
   /// A stop may have to be released. So it is at first: another process, a watchdog for one, may
   /// have sent it.
   std::atomic<bool> stop_set_ = true;
