@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <exception>
 #include <future>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "gonio/rig/paths.h"
 
@@ -15,9 +17,21 @@ namespace {
 /// A camera may round an exposure to its own steps; more than this and 1 % is another exposure.
 constexpr std::chrono::nanoseconds kExposureTolerance = std::chrono::microseconds(20);
 
+/// All at the same time: one that does not answer must not keep the others moving.
 void make_safe(const DeviceSet& devices) noexcept {
-  for (devices::RotationStage* stage : devices.stages) stage->stop();
-  if (devices.light != nullptr) devices.light->close_shutter();
+  std::vector<std::thread> threads;
+  const auto at_once = [&](const auto& act) {
+    try {
+      threads.emplace_back(act);
+    } catch (const std::exception&) {
+      act();
+    }
+  };
+  for (devices::RotationStage* stage : devices.stages) {
+    at_once([stage] { stage->stop(); });
+  }
+  if (devices.light != nullptr) at_once([&devices] { devices.light->close_shutter(); });
+  for (std::thread& thread : threads) thread.join();
 }
 
 bool may_help_to_retry(devices::DeviceErrc code) {
@@ -148,6 +162,9 @@ rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
   } catch (const devices::DeviceError&) {
     if (!stop_requested()) stand_still();
     throw;
+  } catch (...) {
+    make_safe(devices_);
+    throw;
   }
   return joints_;
 }
@@ -168,6 +185,9 @@ void GuardedDevices::read_back_together() {
       } catch (const devices::DeviceError& error) {
         if (!may_help_to_retry(error.code())) make_safe(devices_);
         throw;
+      } catch (...) {
+        make_safe(devices_);
+        throw;
       }
     }));
   }
@@ -180,6 +200,8 @@ void GuardedDevices::read_back_together() {
     } catch (const devices::DeviceError& error) {
       std::exception_ptr& slot = error.code() == devices::DeviceErrc::Stopped ? stopped : first;
       if (!slot) slot = std::current_exception();
+    } catch (...) {
+      if (!first) first = std::current_exception();
     }
   }
   if (first) std::rethrow_exception(first);
@@ -227,7 +249,7 @@ void GuardedDevices::travel(const rig::Joints& from, const rig::Joints& target) 
 }
 
 void GuardedDevices::stand_still() {
-  for (devices::RotationStage* stage : devices_.stages) stage->stop();
+  make_safe(devices_);
   try {
     retrying([&] {
       for (devices::RotationStage* stage : devices_.stages) stage->rearm();

@@ -23,8 +23,8 @@ TEST(TimeAccount, UnionCountsWhatOverlapsOnce) {
 }
 
 TEST(TimeAccount, OverheadIsWhatNoPhysicsTakes) {
-  const TimeAccount account =
-      account_of({{at(0ms), at(40ms)}}, {{at(50ms), at(80ms)}}, {{at(70ms), at(100ms)}});
+  const TimeAccount account = account_of({at(0ms), at(100ms)}, {{at(-10ms), at(40ms)}},
+                                         {{at(50ms), at(80ms)}}, {{at(70ms), at(120ms)}});
   EXPECT_NEAR(account.wall_s, 0.100, kRounding);
   EXPECT_NEAR(account.axes_s, 0.040, kRounding);
   EXPECT_NEAR(account.exposures_s, 0.030, kRounding);
@@ -34,7 +34,7 @@ TEST(TimeAccount, OverheadIsWhatNoPhysicsTakes) {
 }
 
 TEST(TimeAccount, NothingTookNoTime) {
-  const TimeAccount account = account_of({}, {}, {});
+  const TimeAccount account = account_of({at(0ms), at(0ms)}, {}, {}, {});
   EXPECT_EQ(account.wall_s, 0.0);
   EXPECT_EQ(account.overhead(), 0.0);
 }

@@ -30,8 +30,29 @@ constexpr std::chrono::milliseconds kPoll{20};
 std::atomic<pid_t> g_child = -1;  // a signal handler can reach nothing but globals
 
 extern "C" void pass_on(int signal) {
+  const int saved = errno;
   if (g_child > 0) ::kill(g_child, signal);
+  errno = saved;
 }
+
+/// Holds back what is passed on, while there is no child or one that is being buried.
+class SignalsHeld {
+ public:
+  SignalsHeld() {
+    sigset_t held;
+    sigemptyset(&held);
+    for (const int signal : kPassedOn) sigaddset(&held, signal);
+    ::pthread_sigmask(SIG_BLOCK, &held, &before_);
+  }
+  ~SignalsHeld() { restore(); }
+  SignalsHeld(const SignalsHeld&) = delete;
+  SignalsHeld& operator=(const SignalsHeld&) = delete;
+
+  void restore() const { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+
+ private:
+  sigset_t before_{};
+};
 
 std::vector<std::string> merged_environment(const std::map<std::string, std::string>& additions) {
   std::vector<std::string> all;
@@ -74,12 +95,14 @@ ChildCommand::ChildCommand(const std::vector<std::string>& words,
   sigemptyset(&action.sa_mask);
   for (const int signal : kPassedOn) ::sigaction(signal, &action, nullptr);
 
+  const SignalsHeld held;
   pid_ = ::fork();
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (pid_ == 0) {
     ::prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (::getppid() != parent) ::_exit(kNotFound);  // died before the line above
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) ::signal(signal, SIG_DFL);
+    held.restore();
     ::execvpe(argv[0], argv.data(), envp.data());
     [[maybe_unused]] const ssize_t written =
         ::write(STDERR_FILENO, complaint.data(), complaint.size());
@@ -95,11 +118,20 @@ ChildCommand::~ChildCommand() {
 }
 
 int ChildCommand::wait() {
-  int status = 0;
-  while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+  // It stays a zombie, and its number its own, until nobody signals it any more.
+  siginfo_t ended{};
+  while (::waitid(P_PID, static_cast<id_t>(pid_), &ended, WEXITED | WNOWAIT) < 0 &&
+         errno == EINTR) {
   }
-  g_child = -1;
+  int status = 0;
+  {
+    const SignalsHeld held;
+    g_child = -1;
+    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    }
+  }
   pid_ = -1;
+  ended_at_ = std::chrono::steady_clock::now();
   wait_for_the_rest();
   return exit_code(status);
 }
@@ -111,6 +143,7 @@ void ChildCommand::wait_for_the_rest() {
     if (ended < 0 && errno == ECHILD) return;
     if (ended <= 0) std::this_thread::sleep_for(kPoll);
   }
+  std::fputs("gonio-emulate: the command left processes behind that do not end\n", stderr);
 }
 
 }  // namespace gonio::emulate

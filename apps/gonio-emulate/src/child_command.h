@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <map>
 #include <string>
 #include <vector>
@@ -24,11 +25,14 @@ class ChildCommand {
 
   /// The command's exit code, as a shell tells it: 128 + N for signal N, 127 for no such command.
   int wait();
+  /// When it had ended; after wait().
+  std::chrono::steady_clock::time_point ended_at() const { return ended_at_; }
 
  private:
   void wait_for_the_rest();
 
   int pid_ = -1;
+  std::chrono::steady_clock::time_point ended_at_{};
 };
 
 }  // namespace gonio::emulate

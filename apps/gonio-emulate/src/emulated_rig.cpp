@@ -180,7 +180,7 @@ std::map<std::string, std::string> EmulatedRig::environment() const {
 
 std::vector<std::string> EmulatedRig::addresses() const { return parts_->addresses; }
 
-TimeAccount EmulatedRig::account() const {
+TimeAccount EmulatedRig::account(const Interval& command) const {
   std::vector<Interval> exposures;
   for (const auto& each : parts_->camera->log().exposures) {
     exposures.push_back({each.start, each.end});
@@ -189,7 +189,7 @@ TimeAccount EmulatedRig::account() const {
   for (const auto& line : parts_->lines) {
     for (const auto& each : line->wire_log().intervals()) wire.push_back({each.from, each.to});
   }
-  return account_of(parts_->watch.intervals(), exposures, wire);
+  return account_of(command, parts_->watch.intervals(), exposures, wire);
 }
 
 }  // namespace gonio::emulate

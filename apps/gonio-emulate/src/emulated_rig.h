@@ -34,7 +34,8 @@ class EmulatedRig {
   /// One line for every device: its name and where it answers.
   std::vector<std::string> addresses() const;
 
-  TimeAccount account() const;
+  /// Where the time of a command went.
+  TimeAccount account(const Interval& command) const;
 
  private:
   class Parts;

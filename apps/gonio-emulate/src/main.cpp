@@ -122,9 +122,10 @@ int emulate(const cli::Console& console, const Options& options) {
   // emulated rigs can live side by side.
   enter_private_network(rig);
   const EmulatedRig emulated(rig, world, rules, options.seed);
+  const HostTime started = std::chrono::steady_clock::now();
   ChildCommand child(options.command, emulated.environment());
   const int code = child.wait();
-  const TimeAccount account = emulated.account();
+  const TimeAccount account = emulated.account({started, child.ended_at()});
   console.detail(account_text(account));
   if (!options.account.empty()) write_account(options.account, account);
   return code;

@@ -27,24 +27,24 @@ double union_seconds(std::vector<Interval> intervals) {
   return total;
 }
 
-TimeAccount account_of(const std::vector<Interval>& axes, const std::vector<Interval>& exposures,
-                       const std::vector<Interval>& wire) {
+TimeAccount account_of(const Interval& command, const std::vector<Interval>& axes,
+                       const std::vector<Interval>& exposures, const std::vector<Interval>& wire) {
+  const auto within = [&](std::vector<Interval> intervals) {
+    for (Interval& each : intervals) {
+      each.start = std::max(each.start, command.start);
+      each.end = std::min(each.end, command.end);
+    }
+    return intervals;
+  };
   std::vector<Interval> all = axes;
   all.insert(all.end(), exposures.begin(), exposures.end());
   all.insert(all.end(), wire.begin(), wire.end());
   TimeAccount account;
-  if (all.empty()) return account;
-  HostTime first = HostTime::max();
-  HostTime last = HostTime::min();
-  for (const Interval& each : all) {
-    first = std::min(first, each.start);
-    last = std::max(last, each.end);
-  }
-  account.wall_s = seconds(last - first);
-  account.axes_s = union_seconds(axes);
-  account.exposures_s = union_seconds(exposures);
-  account.wire_s = union_seconds(wire);
-  account.together_s = union_seconds(std::move(all));
+  account.wall_s = seconds(command.end - command.start);
+  account.axes_s = union_seconds(within(axes));
+  account.exposures_s = union_seconds(within(exposures));
+  account.wire_s = union_seconds(within(wire));
+  account.together_s = union_seconds(within(std::move(all)));
   return account;
 }
 

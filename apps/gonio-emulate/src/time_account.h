@@ -19,7 +19,7 @@ struct Interval {
 
 /// Where the host's time went: what the physics takes, and what is left over.
 struct TimeAccount {
-  double wall_s = 0.0;       ///< from the first to the last thing that happened
+  double wall_s = 0.0;       ///< of the command, from its start to its end
   double axes_s = 0.0;       ///< an axis travelled or settled
   double exposures_s = 0.0;  ///< the sensor exposed or was read out
   double wire_s = 0.0;       ///< bytes were on a line that paces them
@@ -30,8 +30,9 @@ struct TimeAccount {
 /// Length of the union of intervals, in any order.
 double union_seconds(std::vector<Interval> intervals);
 
-TimeAccount account_of(const std::vector<Interval>& axes, const std::vector<Interval>& exposures,
-                       const std::vector<Interval>& wire);
+/// Of what happened while `command` ran.
+TimeAccount account_of(const Interval& command, const std::vector<Interval>& axes,
+                       const std::vector<Interval>& exposures, const std::vector<Interval>& wire);
 
 /// Watches a world's axes and notes when one is not at rest, to a millisecond.
 ///

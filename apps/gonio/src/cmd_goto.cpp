@@ -63,6 +63,7 @@ int go(Context& context, const GotoOptions& options) {
   if (!options.direction_deg.empty()) target = pose_of(rig, target, options.direction_deg);
   rig.move_to(target);
   rig.print_joints();
+  rig.finish();
   return kSuccess;
 }
 

@@ -10,6 +10,7 @@ int home(Context& context, const HandsOnOptions& options) {
   HandsOn rig(context, homing, Parts::axes_and_lamp);
   rig.make_ready();
   rig.print_joints();
+  rig.finish();
   return kSuccess;
 }
 

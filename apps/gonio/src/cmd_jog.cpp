@@ -17,6 +17,7 @@ int jog(Context& context, const JogOptions& options) {
   target[axis] += Angle::from_degrees(options.by_deg);
   rig.move_to(target);
   rig.print_joints();
+  rig.finish();
   return kSuccess;
 }
 

@@ -10,6 +10,7 @@ int park(Context& context, const HandsOnOptions& options) {
   rig.guarded().close_shutter();
   rig.move_to(rig.instrument().rig.home());
   rig.print_joints();
+  rig.finish();
   return kSuccess;
 }
 

@@ -25,7 +25,7 @@ int shutter(Context& context, const ShutterOptions& options) {
   }
   HandsOn rig(context, options, Parts::axes_and_lamp);
   if (!open) {
-    rig.guarded().close_shutter();
+    rig.finish();
     context.console.say("closed");
     return kSuccess;
   }
@@ -46,6 +46,8 @@ int shutter(Context& context, const ShutterOptions& options) {
          (options.seconds == 0.0 || std::chrono::steady_clock::now() - start < wanted)) {
     std::this_thread::sleep_for(kStopPoll);
   }
+  rig.finish();
+  context.console.say("closed");
   return kSuccess;
 }
 

@@ -82,7 +82,7 @@ int snap(Context& context, const SnapOptions& options) {
   }
   const std::chrono::nanoseconds exposure(std::llround(options.exposure_ms * 1e6));
   const devices::Frame frame = rig.guarded().capture(exposure);
-  rig.guarded().close_shutter();
+  rig.finish();
   if (picture) {
     render::write_png(out, preview(frame), overwrite(options.force));
   } else {

@@ -66,6 +66,11 @@ void HandsOn::move_to(const rig::Joints& target) {
   guarded_->move_to(target);
 }
 
+void HandsOn::finish() {
+  guarded_.reset();
+  opened_->require_safe();
+}
+
 std::size_t HandsOn::axis(const std::string& name) const {
   std::vector<std::string> names;
   for (const rig::Axis& axis : known_.constants.rig.axes) {

@@ -43,6 +43,9 @@ class HandsOn {
   std::size_t axis(const std::string& name) const;
   /// Prints where the axes stand.
   void print_joints() const;
+  /// The end of every command: stops all, closes the shutter and makes sure of it. Throws
+  /// devices::DeviceError; nothing can be done with it afterwards.
+  void finish();
 
  private:
   Context& context_;

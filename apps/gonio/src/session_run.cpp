@@ -143,8 +143,11 @@ acquisition::SessionResult run_session(const Console& console, const SessionSetu
                                      {{kRigText, rig_file_text(session.rig, false)},
                                       {kPlanText, session.plan_text},
                                       {kCalibrationText, calibration}});
-  return acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
-                                  archive, show, std::move(stop));
+  acquisition::SessionResult result =
+      acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
+                               archive, show, std::move(stop));
+  rig->require_safe();
+  return result;
 }
 
 StoredSession open_session(const std::filesystem::path& folder, const std::string& calibration) {

@@ -15,6 +15,10 @@ class SimulatedRig final : public OpenedRig {
       : world_(options), devices_(devices_of(world_)) {}
 
   const acquisition::DeviceSet& devices() override { return devices_; }
+  void require_safe() override {
+    for (devices::RotationStage* stage : devices_.stages) stage->stop();
+    devices_.light->close_shutter();
+  }
   std::vector<DeviceIdentity> identities() override {
     const devices::CameraInfo camera = world_.camera().info();
     std::vector<DeviceIdentity> all;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <spawn.h>
+#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -11,13 +12,16 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "gonio/console/failures.h"
 #include "gonio/console/printable.h"
-#include "gonio/opened_rig/opened_rig.h"
+#include "gonio/opened_rig/stop_rig.h"
 
 extern char** environ;
 
@@ -79,7 +83,7 @@ void say(const std::string& line) {
 
 }  // namespace
 
-Watchdog::Watchdog(const RigFile& rig) {
+Watchdog::Watchdog(const RigFile& rig, std::function<void()> on_lost) {
   std::array<int, 2> pair{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair.data()) != 0) {
     throw std::system_error(errno, std::generic_category(), "watchdog: socketpair");
@@ -112,10 +116,24 @@ Watchdog::Watchdog(const RigFile& rig) {
     ::kill(pid_, SIGKILL);
     give_up("it did not start");
   }
+  wake_ = ::eventfd(0, EFD_CLOEXEC);
+  if (wake_ < 0) give_up(std::strerror(errno));
+  looking_ = std::thread([this, on_lost = std::move(on_lost)] { look_after(on_lost); });
+}
+
+void Watchdog::look_after(const std::function<void()>& on_lost) const {
+  std::array<pollfd, 2> watched{pollfd{socket_, POLLRDHUP, 0}, pollfd{wake_, POLLIN, 0}};
+  while (::poll(watched.data(), watched.size(), -1) < 0 && errno == EINTR) {
+  }
+  if (watched[1].revents == 0) on_lost();
 }
 
 Watchdog::~Watchdog() {
-  send_all(socket_, std::string(1, kDismissed));
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = ::write(wake_, &one, sizeof one);
+  looking_.join();
+  ::close(wake_);
+  if (!acts_) send_all(socket_, std::string(1, kDismissed));
   ::close(socket_);
   while (::waitpid(pid_, nullptr, 0) < 0 && errno == EINTR) {
   }
@@ -127,12 +145,12 @@ int run_watchdog() {
     const std::optional<std::string> path = receive_text(STDIN_FILENO);
     const std::optional<std::string> text = path ? receive_text(STDIN_FILENO) : std::nullopt;
     if (!text) return kFailure;  // the owner was gone before it had opened anything
-    RigFile rig = rig_file_from_text(*text, *path);
+    const RigStopper rig(rig_file_from_text(*text, *path));
     if (!send_all(STDIN_FILENO, std::string(1, kWatching))) return kFailure;
     if (receive_byte(STDIN_FILENO) == kDismissed) return kSuccess;
 
-    const std::vector<std::string> failures = stop_hardware_rig(rig);
-    say(fmt::format("the program that drove {} has died: {}", rig.rig.name,
+    const std::vector<std::string> failures = rig.stop();
+    say(fmt::format("the program that drove {} has died: {}", rig.rig_name(),
                     failures.empty() ? "axes stopped, shutter closed"
                                      : "not everything could be stopped; switch the rig off"));
     for (const std::string& failure : failures) say(failure);

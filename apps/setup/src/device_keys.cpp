@@ -184,6 +184,20 @@ void check_devices(const RigDevices& devices, const std::vector<std::string>& ax
   if (devices.lamp.channels.empty()) {
     refuse("lamp", "channel", "found none, expected at least one [[lamp.channel]]");
   }
+  const int last_level =
+      devices.lamp.first_level_register + static_cast<int>(devices.lamp.channels.size()) - 1;
+  if (last_level > 65535) {
+    refuse(
+        "lamp", "first_level_register",
+        fmt::format("found {}, with which the last of {} levels would stand at {}, expected at "
+                    "most 65535",
+                    devices.lamp.first_level_register, devices.lamp.channels.size(), last_level));
+  }
+  if (devices.lamp.channel_register >= devices.lamp.first_level_register &&
+      devices.lamp.channel_register <= last_level) {
+    refuse("lamp", "channel_register",
+           fmt::format("found {}, which is a level's register", devices.lamp.channel_register));
+  }
   std::set<std::string> channel_names;
   std::set<int> channel_numbers;
   for (std::size_t i = 0; i < devices.lamp.channels.size(); ++i) {

@@ -35,6 +35,9 @@ class OpenedRig {
 
   virtual const acquisition::DeviceSet& devices() = 0;
   virtual std::vector<DeviceIdentity> identities() = 0;
+  /// Stops everything and makes sure: throws devices::DeviceError when an axis does not stand or
+  /// the shutter is not closed, or when that cannot be known. For the end of a program.
+  virtual void require_safe() = 0;
   /// Session seconds in one of the host's; other than 1 for emulated rigs only.
   virtual double time_scale() const { return 1.0; }
 
@@ -51,9 +54,5 @@ std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts);
 
 /// Either, by the rig's driver; a simulated one holds a plain grey plate and comes from `seed`.
 std::unique_ptr<OpenedRig> open_rig(const RigFile& rig, Parts parts, std::uint64_t seed = 1);
-
-/// Opens what it can of a hardware rig's axes and lamp and stops it, all at the same time; for the
-/// watchdog. One line for every device that could not be stopped.
-std::vector<std::string> stop_hardware_rig(const RigFile& rig);
 
 }  // namespace gonio::cli
