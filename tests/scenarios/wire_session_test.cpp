@@ -81,6 +81,22 @@ class OnTheWire : public testing::Test {
     return words(words({"rig.toml"}, options), words({"--", GONIO_PROGRAM}, arguments));
   }
 
+  /// Drives that say whether they are homed, so that the next program need not home them.
+  void use_drives_that_know_their_home() {
+    std::string rig = small_wire_rig();
+    const std::string az = "profile = \"oriental-az\"";
+    rig.replace(rig.find(az), az.size(), "profile = \"leadshine-em2rs\"\nconfirmed = [\"home\"]");
+    folder_.write("rig.toml", rig);
+  }
+
+  /// A script of bash inside the emulated machine, in which time goes four times as fast.
+  Ended in_the_machine(const std::string& script, const std::vector<std::string>& options = {}) {
+    return GonioProcess(
+               words(words({"rig.toml", "--time-scale", "4"}, options), {"--", "bash", script}),
+               folder_.path(), 0, GONIO_EMULATE)
+        .wait();
+  }
+
   samples::SampleSet reduced(const std::string& session) {
     gonio({"reduce", session, "--out", session + ".csv"});
     return samples::read_samples(folder_.path() / (session + ".csv"));
@@ -156,34 +172,41 @@ TEST_F(OnTheWire, NothingIsThereWithoutTheEmulation) {
   EXPECT_THAT(ended.error, HasSubstr("disconnected"));
 }
 
+/// Reads the lamp's coil as a program of another make would, and the time that a killed program's
+/// watchdog took, in ms.
+const std::string kAfterTheKill = R"(
+killed=$(date +%s%N)
+until grep -q "watchdog" log; do :; done
+echo $(( ($(date +%s%N) - killed) / 1000000 )) >took_ms
+exec 3<>/dev/tcp/127.0.0.1/1502
+printf '\x00\x01\x00\x00\x00\x06\x01\x01\x00\x00\x00\x01' >&3
+head -c 10 <&3 | od -An -tu1 -j9 >coil
+cat log >&2
+)";
+
+/// What the issue grants it.
+constexpr double kWatchdogDeadline_ms = 1000.0;
+
 // The axes would travel for more than a second; a third of a second into it the program is killed.
 // What stands afterwards, read by another program, is on the way and stays there.
-TEST_F(OnTheWire, AKilledProgramLeavesStandingAxesAndAClosedShutter) {
-  // Drives that say they are homed, so that the next program need not home them.
-  std::string rig = small_wire_rig();
-  const std::string az = "profile = \"oriental-az\"";
-  rig.replace(rig.find(az), az.size(), "profile = \"leadshine-em2rs\"\nconfirmed = [\"home\"]");
-  folder_.write("rig.toml", rig);
+TEST_F(OnTheWire, AKilledProgramLeavesStandingAxes) {
+  use_drives_that_know_their_home();
   folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" home rig.toml -q >&2 || exit 9
 "$gonio" goto rig.toml lamp_arm=10 azimuth=60 tilt=40 -v 2>log &
 until grep -q "about" log; do :; done
 sleep 0.3
 kill -KILL $!
-wait $!
-echo "ended by $?" >&2
-# The watchdog may still have the ports.
+)" + kAfterTheKill + R"(
+# The ports are free once the watchdog has gone.
 for attempt in 1 2 3 4 5 6 7 8; do
   "$gonio" jog rig.toml tilt 0 --json >first 2>>log && break
 done
 "$gonio" jog rig.toml tilt 0 --json >second
-cat log >&2
 )");
-  const Ended ended = GonioProcess({"rig.toml", "--time-scale", "4", "--", "bash", "kill.sh"},
-                                   folder_.path(), 0, GONIO_EMULATE)
-                          .wait();
-  EXPECT_THAT(ended.error, HasSubstr("ended by 137"));
+  const Ended ended = in_the_machine("kill.sh");
   EXPECT_THAT(ended.error, HasSubstr("axes stopped, shutter closed"));
+  EXPECT_LT(std::stod(folder_.read("took_ms")), kWatchdogDeadline_ms);
   const auto first = nlohmann::json::parse(folder_.read("first"));
   EXPECT_LT(first["lamp_arm_deg"].get<double>(), 89.0);
   EXPECT_GT(first["lamp_arm_deg"].get<double>(), 11.0);
@@ -193,6 +216,53 @@ cat log >&2
   for (const char* axis : {"lamp_arm_deg", "azimuth_deg", "tilt_deg"}) {
     EXPECT_NEAR(second[axis].get<double>(), first[axis].get<double>(), 0.01) << axis;
   }
+}
+
+TEST_F(OnTheWire, AKilledProgramLeavesAClosedShutter) {
+  folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
+"$gonio" shutter rig.toml open --channel G 2>log &
+until grep -q "G is lit" log; do :; done
+kill -KILL $!
+)" + kAfterTheKill);
+  const Ended ended = in_the_machine("kill.sh");
+  EXPECT_THAT(ended.error, HasSubstr("axes stopped, shutter closed"));
+  EXPECT_LT(std::stod(folder_.read("took_ms")), kWatchdogDeadline_ms);
+  EXPECT_EQ(std::stoi(folder_.read("coil")), 0);
+}
+
+// One axis that does not answer takes nothing from the others.
+TEST_F(OnTheWire, ASilentAxisDoesNotKeepTheShutterOpen) {
+  folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
+"$gonio" shutter rig.toml open --channel G 2>log &
+until grep -q "G is lit" log; do :; done
+kill -KILL $!
+exec 3<>/dev/tcp/127.0.0.1/1502
+for attempt in 1 2 3 4 5 6 7 8 9 10; do
+  printf '\x00\x01\x00\x00\x00\x06\x01\x01\x00\x00\x00\x01' >&3
+  head -c 10 <&3 | od -An -tu1 -j9 >coil
+  [ $(cat coil) -eq 0 ] && break
+  sleep 0.1
+done
+)");
+  in_the_machine("kill.sh", {"--fault", "dead_link@lamp_arm:after_s=3"});
+  EXPECT_EQ(std::stoi(folder_.read("coil")), 0);
+}
+
+TEST_F(OnTheWire, AProgramThatLosesItsWatchdogStops) {
+  folder_.write("lost.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
+"$gonio" shutter rig.toml open --channel G 2>log &
+child=$!
+until grep -q "G is lit" log; do :; done
+kill -KILL $(cat /proc/$child/task/*/children)
+until grep -q "watchdog has died" log; do :; done
+exec 3<>/dev/tcp/127.0.0.1/1502
+printf '\x00\x01\x00\x00\x00\x06\x01\x01\x00\x00\x00\x01' >&3
+head -c 10 <&3 | od -An -tu1 -j9 >coil
+kill -TERM $child
+wait $child
+)");
+  in_the_machine("lost.sh");
+  EXPECT_EQ(std::stoi(folder_.read("coil")), 0);
 }
 
 TEST_F(OnTheWire, RefusesToEmulateWhatOthersCouldSee) {

@@ -167,10 +167,10 @@ class HardwareRig final : public OpenedRig {
     lost_watchdog_ = true;
     const std::lock_guard lock(opened_mutex_);
     if (!opened_) return;
-    std::fputs("gonio: the watchdog has died; the axes are stopped, the shutter is closed\n",
-               stderr);
     for (const Stage& each : stages_) each.stage->stop();
     lamp_->close_shutter();
+    std::fputs("gonio: the watchdog has died; the axes are stopped, the shutter is closed\n",
+               stderr);
   }
 
   std::string monitor_identity() const {
