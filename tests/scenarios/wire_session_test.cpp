@@ -235,6 +235,7 @@ TEST_F(OnTheWire, ASilentAxisDoesNotKeepTheShutterOpen) {
   folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" shutter rig.toml open --channel G 2>log &
 until grep -q "G is lit" log; do :; done
+sleep 1  # four seconds of the world, after three of which the axis is silent
 kill -KILL $!
 exec 3<>/dev/tcp/127.0.0.1/1502
 for attempt in 1 2 3 4 5 6 7 8 9 10; do
