@@ -86,8 +86,8 @@ TEST(RigDevices, RefuseValuesOutOfRange) {
   expect_refused("unit = 2", "unit = 248", "0 to 247");
   expect_refused("baud = 115200", "baud = 10", "300 to");
   expect_refused("tcp_port = 1502", "tcp_port = 70000", "1 to 65535");
-  expect_refused("steady_ms = 20", "steady_ms = 20\nfirst_level_register = 65534", "at most 65535");
-  expect_refused("steady_ms = 20", "steady_ms = 20\nchannel_register = 2", "a level's register");
+  expect_refused("steady_ms = 0", "steady_ms = 0\nfirst_level_register = 65534", "at most 65535");
+  expect_refused("steady_ms = 0", "steady_ms = 0\nchannel_register = 2", "a level's register");
   expect_refused("driver = \"apt\"", "driver = \"ftdi\"", "expected \"modbus\" or \"apt\"");
   expect_refused("placement = \"in_frame\"", "placement = \"changer\"", "no driver");
 }
