@@ -20,13 +20,16 @@ class FakeUsbDevice : public UsbDevice {
   const std::string& name() const override { return name_; }
   UsbLayout layout() const override { return layout_; }
   bool connected() const noexcept override { return connected_; }
+  void disconnect() noexcept override { connected_ = false; }
   void reconnect(Deadline) override {
     ++reconnections;
     connected_ = true;
   }
 
-  std::size_t control(const ControlSetup& setup, std::span<std::uint8_t> data, Deadline) override {
+  std::size_t control(const ControlSetup& setup, std::span<std::uint8_t> data,
+                      Deadline deadline) override {
     require_connected();
+    if (on_deadline) on_deadline(deadline);
     controls.push_back(setup);
     const Bytes reply = on_control ? on_control(setup) : Bytes{};
     const std::size_t count = std::min(reply.size(), data.size());
@@ -38,8 +41,9 @@ class FakeUsbDevice : public UsbDevice {
     sent.emplace_back(bytes.begin(), bytes.end());
     if (on_sent) on_sent(sent.back());
   }
-  std::size_t bulk_in(std::span<std::uint8_t> room, Deadline) override {
+  std::size_t bulk_in(std::span<std::uint8_t> room, Deadline deadline) override {
     require_connected();
+    if (on_deadline) on_deadline(deadline);
     if (to_give.empty()) throw devices::DeviceError(devices::DeviceErrc::Timeout, name_, "nothing");
     const Bytes given = std::move(to_give.front());
     to_give.pop_front();
@@ -60,6 +64,7 @@ class FakeUsbDevice : public UsbDevice {
   std::deque<Bytes> to_give;  ///< one for each inward transfer
   std::function<Bytes(const ControlSetup&)> on_control;
   std::function<void(const Bytes&)> on_sent;
+  std::function<void(Deadline)> on_deadline;  ///< of a control or an inward transfer
   int reconnections = 0;
 
  private:

@@ -129,6 +129,20 @@ TEST_F(FtdiPortTest, SetsTheLineUpAgainAfterAReconnection) {
   EXPECT_THAT(device_->controls, ElementsAreArray(first));
 }
 
+TEST_F(FtdiPortTest, SetUpThatFailsLeavesItDisconnectedAndIsDoneAgain) {
+  const std::vector<ControlSetup> whole = device_->controls;
+  device_->unplug();
+  device_->on_control = [](const ControlSetup&) -> Bytes {
+    throw devices::DeviceError(DeviceErrc::Timeout, "fake", "no answer");
+  };
+  EXPECT_THAT([&] { port_.reconnect(1s); }, ThrowsDeviceError(DeviceErrc::Timeout));
+  EXPECT_FALSE(port_.connected());
+  device_->on_control = nullptr;
+  device_->controls.clear();
+  port_.reconnect(1s);
+  EXPECT_THAT(device_->controls, ElementsAreArray(whole));
+}
+
 TEST(FtdiPayload, KeepsTheLineStatusOfAllPackets) {
   Bytes transfer(64, 0);
   transfer[1] = kFtdiParity;

@@ -6,9 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <deque>
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "../contracts/throws_device_error.h"
 #include "fake_usb_device.h"
@@ -69,7 +71,7 @@ class UsbtmcMonitorTest : public testing::Test {
         const std::uint8_t tag = bytes[1];
         tags_.push_back(tag);
         if (command_ == "*IDN?\n") {
-          device_->to_give.push_back(answer(tag, "Acme,P1,7,1.0\n"));
+          device_->to_give.push_back(answer(tag, "Acme,P1," + serial_ + ",1.0\n"));
         } else if (!answers_.empty()) {
           const auto give = answers_.front();
           answers_.pop_front();
@@ -100,6 +102,7 @@ class UsbtmcMonitorTest : public testing::Test {
   std::unique_ptr<UsbtmcMonitor> monitor_;
   std::deque<std::function<void(std::uint8_t)>> answers_;
   std::string command_;
+  std::string serial_ = "7";
   std::vector<std::uint8_t> tags_;
   std::vector<std::uint8_t> requests_;
   int queries_ = 0;
@@ -227,6 +230,38 @@ TEST_F(UsbtmcMonitorTest, UnpluggedItIsLookedForAtTheNextReading) {
   will_answer("4\n");
   EXPECT_EQ(monitor_->read(), 4.0);
   EXPECT_EQ(device_->reconnections, 1);
+}
+
+TEST_F(UsbtmcMonitorTest, AnotherInstrumentInItsPlaceIsRefusedAgainAndAgain) {
+  device_->unplug();
+  serial_ = "8";
+  for (int attempt = 1; attempt <= 2; ++attempt) {
+    will_answer("4\n");
+    EXPECT_THAT([&] { monitor_->read(); }, says(DeviceErrc::Protocol, "7 came back as 8"));
+    EXPECT_EQ(device_->reconnections, attempt);
+  }
+  EXPECT_EQ(monitor_->identity().serial, "7");
+  serial_ = "7";
+  EXPECT_EQ(monitor_->read(), 4.0);
+}
+
+// Every transfer takes nearly all the time it is given, and no recovery ever ends.
+TEST_F(UsbtmcMonitorTest, ReadingEndsInTimeHoweverSlowTheInstrument) {
+  const auto slowly = [](usb_bus::UsbDevice::Deadline deadline) {
+    std::this_thread::sleep_for(deadline - 1ms);
+  };
+  device_->on_deadline = slowly;
+  pending_ = 1 << 30;
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_THAT([&] { monitor_->read(); }, ThrowsDeviceError(DeviceErrc::Timeout));
+  const auto most = (UsbtmcMonitor::kAttempts + 1) * 200ms + UsbtmcMonitor::kRecovery + 300ms;
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, most + 500ms);  // of a busy machine
+  device_->on_deadline = nullptr;
+  pending_ = 0;
+  requests_.clear();
+  will_answer("4\n");
+  EXPECT_EQ(monitor_->read(), 4.0);
+  EXPECT_THAT(requests_, testing::Contains(kClear));  // what there was no time for
 }
 
 TEST_F(UsbtmcMonitorTest, OptionsThatCannotBeAreRefused) {

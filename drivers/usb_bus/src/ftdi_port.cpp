@@ -131,7 +131,12 @@ bool FtdiPort::receive(Deadline deadline) {
 void FtdiPort::reconnect(Deadline within) {
   if (device_->connected()) return;
   device_->reconnect(within);
-  set_up();
+  try {
+    set_up();
+  } catch (...) {
+    device_->disconnect();  // a line that is half set up does not count as one
+    throw;
+  }
 }
 
 }  // namespace gonio::usb_bus

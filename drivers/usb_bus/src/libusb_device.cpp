@@ -231,6 +231,12 @@ class LibusbDevice final : public UsbDevice {
     return connection_ != nullptr;
   }
 
+  void disconnect() noexcept override {
+    std::shared_ptr<Connection> dropped;  // closed after the lock
+    const std::lock_guard lock(mutex_);
+    dropped.swap(connection_);
+  }
+
   void reconnect(Deadline within) override {
     if (connected()) return;
     const auto end = std::chrono::steady_clock::now() + within;

@@ -30,7 +30,7 @@ UsbtmcMonitor::UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, Monitor
   if (options_.answer.count() <= 0) {
     throw std::invalid_argument(name_ + ": answer: expected a time above 0");
   }
-  identify();
+  identity_ = identify();
 }
 
 UsbtmcMonitor::~UsbtmcMonitor() = default;
@@ -45,14 +45,17 @@ auto UsbtmcMonitor::repeated(Question question, const std::function<void()>& bef
           error.code() == DeviceErrc::Timeout || error.code() == DeviceErrc::Protocol;
       if (!may_help) throw;
       pipe_->recover();
-      if (attempt < kAttempts) continue;
+      if (attempt < kAttempts && !pipe_->time_is_up()) continue;
       before_giving_up();
       throw;
     }
   }
 }
 
-void UsbtmcMonitor::identify() {
+void UsbtmcMonitor::begin() { pipe_->begin((kAttempts + 1) * options_.answer + kRecovery); }
+
+InstrumentIdentity UsbtmcMonitor::identify() {
+  begin();
   pipe_->recover();  // another program may have left an answer half read
   const std::string answer = printable(repeated([this] { return pipe_->query("*IDN?\n"); }, [] {}));
   std::array<std::string, 4> fields;
@@ -68,23 +71,29 @@ void UsbtmcMonitor::identify() {
                                   "this an SCPI instrument?",
                                   answer));
   }
-  identity_ = {fields[0], fields[1], fields[2], fields[3]};
   pipe_->send("*CLS\n");  // errors from here on are ours
+  return {fields[0], fields[1], fields[2], fields[3]};
 }
 
 void UsbtmcMonitor::reconnect() {
-  const std::string serial = identity_.serial;
   pipe_->device().reconnect(kReconnect);
-  identify();
-  if (identity_.serial != serial) {
-    throw DeviceError(DeviceErrc::Protocol, name_,
-                      fmt::format("instrument {} came back as {}; plug the right one in", serial,
-                                  identity_.serial));
+  try {
+    const InstrumentIdentity found = identify();
+    if (found.serial != identity_.serial) {
+      throw DeviceError(DeviceErrc::Protocol, name_,
+                        fmt::format("instrument {} came back as {}; plug the right one in",
+                                    identity_.serial, found.serial));
+    }
+    identity_ = found;
+  } catch (...) {
+    pipe_->device().disconnect();  // the next reading looks for it again
+    throw;
   }
 }
 
 double UsbtmcMonitor::read() {
   if (!pipe_->device().connected()) reconnect();
+  begin();
   return repeated([this] { return read_once(); }, [this] { require_no_error(); });
 }
 

@@ -33,20 +33,29 @@ constexpr std::uint8_t kPending = 0x02;
 
 void UsbtmcPipe::send(std::string_view command) {
   tag_ = next_tag(tag_);
-  device_->bulk_out(message_out(tag_, command), kTransfer);
+  device_->bulk_out(message_out(tag_, command), left(kTransfer));
+}
+
+UsbtmcPipe::Deadline UsbtmcPipe::left(Deadline most) const {
+  const auto all = std::chrono::ceil<Deadline>(end_ - Wall::now());
+  if (all <= Deadline(0)) {
+    throw DeviceError(DeviceErrc::Timeout, device_->name(), "no answer in time");
+  }
+  return std::min(all, most);
 }
 
 std::string UsbtmcPipe::query(std::string_view command) {
+  if (to_recover_) recover();
   send(command);
   return receive();
 }
 
 std::string UsbtmcPipe::receive() {
-  const Wall::time_point end = Wall::now() + answer_;
+  const Wall::time_point end = std::min(Wall::now() + answer_, end_);
   std::string text;
   for (std::size_t part = 0; part < kMostParts; ++part) {
     tag_ = next_tag(tag_);
-    device_->bulk_out(request_in(tag_, kMost), kTransfer);
+    device_->bulk_out(request_in(tag_, kMost), left(kTransfer));
     try {
       AnswerHeader header;
       do {
@@ -87,7 +96,7 @@ Bytes UsbtmcPipe::transfer_in(Wall::time_point end, std::size_t& wanted) {
 Bytes UsbtmcPipe::class_request(std::uint8_t type, std::uint8_t request, std::uint16_t value,
                                 std::uint16_t index, std::size_t size) {
   Bytes reply(size);
-  reply.resize(device_->control({type, request, value, index}, reply, kTransfer));
+  reply.resize(device_->control({type, request, value, index}, reply, left(kTransfer)));
   if (reply.empty()) {
     throw DeviceError(DeviceErrc::Protocol, device_->name(), "an empty status");
   }
@@ -103,6 +112,7 @@ void UsbtmcPipe::recover() {
       if (error.code() == DeviceErrc::Disconnected) throw;
     }
   }
+  to_recover_ = time_is_up();
 }
 
 void UsbtmcPipe::abort_answer() {
@@ -135,7 +145,7 @@ void UsbtmcPipe::drain() {
   Bytes room(packet * 16);
   try {
     for (std::size_t part = 0; part < kMostParts; ++part) {
-      if (device_->bulk_in(room, kDrain) % packet != 0) return;
+      if (device_->bulk_in(room, left(kDrain)) % packet != 0) return;
     }
   } catch (const DeviceError& error) {
     if (error.code() != DeviceErrc::Timeout) throw;

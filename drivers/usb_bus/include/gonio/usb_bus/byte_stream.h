@@ -13,8 +13,9 @@ namespace gonio::usb_bus {
 /// A serial line to one device: the seam under protocols that are bytes in a row.
 ///
 /// State    Open and set up once constructed. After Disconnected nothing works until reconnect().
-/// Threads  write() and connected() from any thread; the rest from the controlling one.
-/// Errors   DeviceError: Timeout, Disconnected, Protocol (the line itself reports lost or garbled
+/// Threads  write(), connected() and disconnect() from any thread; the rest from the controlling
+/// one. Errors   DeviceError: Timeout, Disconnected, Protocol (the line itself reports lost or
+/// garbled
 ///          bytes).
 class ByteStream {
  public:
@@ -35,8 +36,10 @@ class ByteStream {
   virtual void purge() = 0;
 
   virtual bool connected() const noexcept = 0;
-  /// Looks for the device again and sets the line up. Throws Disconnected when it does not appear
-  /// `within` the time.
+  /// Lets go of the device, as if it had been unplugged: of one that is not what was expected.
+  virtual void disconnect() noexcept = 0;
+  /// Looks for the device again and sets the line up; not connected unless both succeed. Throws
+  /// Disconnected when it does not appear `within` the time, and what the set-up throws.
   virtual void reconnect(Deadline within) = 0;
 
  protected:

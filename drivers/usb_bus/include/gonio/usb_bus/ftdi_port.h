@@ -44,6 +44,7 @@ class FtdiPort final : public ByteStream {
   std::size_t read(std::span<std::uint8_t> room, Deadline deadline) override;
   void purge() override;
   bool connected() const noexcept override { return device_->connected(); }
+  void disconnect() noexcept override { device_->disconnect(); }
   void reconnect(Deadline within) override;
 
  private:

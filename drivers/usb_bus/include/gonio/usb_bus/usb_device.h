@@ -94,6 +94,8 @@ class UsbDevice {
   virtual UsbLayout layout() const = 0;
 
   virtual bool connected() const noexcept = 0;
+  /// Lets go of it, as if it had been unplugged; transfers under way end by themselves.
+  virtual void disconnect() noexcept = 0;
   /// Looks for the same device, by serial if it had one, and claims it again. Returns at once while
   /// connected. Throws Disconnected when it is not there `within` the time.
   virtual void reconnect(Deadline within) = 0;

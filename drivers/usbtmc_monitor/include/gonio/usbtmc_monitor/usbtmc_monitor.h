@@ -29,16 +29,24 @@ struct InstrumentIdentity {
 
 /// An optical power meter with USBTMC and SCPI as the lamp's monitor.
 ///
-/// State    The constructor identifies it. Unplugged, it is looked for again at the next read().
+/// State    The constructor identifies it. Unplugged, it is looked for again at the next read(), by
+///          its USB serial; one that then calls itself by another serial is let go of again.
 /// Retries  A reading is asked for up to kAttempts times after Timeout and Protocol, each time with
 ///          the instrument's buffers emptied first.
+/// Time     The host's. read() takes at most kAttempts + 1 times MonitorOptions::answer (the last
+/// for
+///          the instrument's own error) and kRecovery, whatever the instrument does; when it was
+///          unplugged, kReconnect and as much again for its identification before. One transfer of
+///          0.3 s may be under way at the end.
 /// Threads  One controlling thread.
 /// Errors   DeviceError: Timeout; Protocol (also an answer that is no plain number); Disconnected;
 ///          Fault with the instrument's own words (SYST:ERR?), or when it is out of its range.
 class UsbtmcMonitor final : public devices::LampMonitor {
  public:
   static constexpr int kAttempts = 3;
-  static constexpr std::chrono::milliseconds kReconnect{3000};  ///< host time
+  static constexpr std::chrono::milliseconds kReconnect{3000};
+  /// Of all recoveries of one reading together, and its transfers besides the answers.
+  static constexpr std::chrono::milliseconds kRecovery{1000};
 
   /// Throws std::invalid_argument for an empty query, a zero that is not finite, no time.
   explicit UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, MonitorOptions options = {});
@@ -50,8 +58,10 @@ class UsbtmcMonitor final : public devices::LampMonitor {
   const InstrumentIdentity& identity() const { return identity_; }
 
  private:
-  void identify();
+  /// Throws Protocol for what is no SCPI instrument.
+  InstrumentIdentity identify();
   void reconnect();
+  void begin();
   double read_once();
   /// Asks again, the instrument's buffers emptied, after Timeout and Protocol.
   template <class Question>
