@@ -32,7 +32,11 @@ StageMaker apt(const std::string& name, bool reversed) {
             auto rig = std::make_shared<UsbRig>(reversed);
             auto stage = rig->open_stage();
             // An encoder step and five sigmas of positioning.
-            return StageUnderTest{keeping(rig, stage), rig->axis().home, 0.006_deg};
+            return StageUnderTest{keeping(rig, stage), rig->axis().home, 0.006_deg, true,
+                                  [rig](bool connected) {
+                                    connected ? rig->bed.plug_in(UsbRig::kStageName)
+                                              : rig->bed.unplug(UsbRig::kStageName);
+                                  }};
           }};
 }
 

@@ -27,7 +27,7 @@ constexpr std::size_t kPacketPayload = kPacket - 2;
 
 }  // namespace
 
-FtdiChip::FtdiChip(std::unique_ptr<AptDrive> drive, const std::string& serial, WireLog& log)
+FtdiChip::FtdiChip(std::unique_ptr<AptDrive> drive, const std::string& serial)
     : drive_(std::move(drive)),
       identity_(identity_of({0x0403,
                              0xFAF0,
@@ -37,8 +37,7 @@ FtdiChip::FtdiChip(std::unique_ptr<AptDrive> drive, const std::string& serial, W
                              0xFF,
                              0xFF,
                              0xFF,
-                             {0x81, 0x02}})),
-      log_(log) {}
+                             {0x81, 0x02}})) {}
 
 std::optional<Bytes> FtdiChip::control(const Setup& setup, std::span<const std::uint8_t>) {
   if (setup.request_type != kVendorRequestOut) return std::nullopt;
@@ -76,9 +75,7 @@ bool FtdiChip::line_is_right() const {
 
 void FtdiChip::bulk_out(std::span<const std::uint8_t> bytes) {
   if (!line_is_right()) return;
-  const Wall::time_point from = std::max(Wall::now(), to_drive_at_);
-  to_drive_at_ = from + kByteTime * bytes.size();
-  log_.add(name(), from, to_drive_at_);
+  to_drive_at_ = std::max(Wall::now(), to_drive_at_) + kByteTime * bytes.size();
   to_drive_.insert(to_drive_.end(), bytes.begin(), bytes.end());
 }
 
@@ -94,13 +91,11 @@ void FtdiChip::step() {
 
 void FtdiChip::send_to_host(const Bytes& bytes) {
   if (bytes.empty()) return;
-  const Wall::time_point from = std::max(Wall::now(), to_host_at_);
-  to_host_at_ = from;
+  to_host_at_ = std::max(Wall::now(), to_host_at_);
   for (const std::uint8_t byte : bytes) {
     to_host_at_ += kByteTime;
     to_host_.push_back({to_host_at_, byte});
   }
-  log_.add(name(), from, to_host_at_);
 }
 
 std::optional<Bytes> FtdiChip::bulk_in(std::size_t room, Wall::time_point since) {

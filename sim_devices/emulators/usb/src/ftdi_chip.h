@@ -4,7 +4,6 @@
 
 #include "apt_drive.h"
 #include "emulated_device.h"
-#include "gonio/usb_emulator/wire_log.h"
 
 namespace gonio::usb_emulator {
 
@@ -12,7 +11,7 @@ namespace gonio::usb_emulator {
 /// that is not set up as the drive has it carries nothing.
 class FtdiChip final : public EmulatedDevice {
  public:
-  FtdiChip(std::unique_ptr<AptDrive> drive, const std::string& serial, WireLog& log);
+  FtdiChip(std::unique_ptr<AptDrive> drive, const std::string& serial);
 
   const std::string& name() const override { return drive_->name(); }
   const Identity& identity() const override { return identity_; }
@@ -34,7 +33,6 @@ class FtdiChip final : public EmulatedDevice {
 
   std::unique_ptr<AptDrive> drive_;
   Identity identity_;
-  WireLog& log_;
   std::uint16_t divisor_ = 0;
   std::uint16_t format_ = 0;
   bool rts_cts_ = false;

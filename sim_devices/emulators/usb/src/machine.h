@@ -18,7 +18,6 @@
 #include "emulated_device.h"
 #include "gonio/devices/clock.h"
 #include "gonio/emulator_faults/fault_plan.h"
-#include "gonio/usb_emulator/wire_log.h"
 
 namespace gonio::usb_emulator {
 
@@ -108,7 +107,6 @@ class Machine {
 
   emulator_faults::FaultPlan& faults;
   devices::Clock& clock;
-  WireLog log;
 
  private:
   static gboolean on_ioctl(UMockdevIoctlBase*, UMockdevIoctlClient* call, gpointer data);

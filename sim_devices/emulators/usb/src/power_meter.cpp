@@ -23,14 +23,13 @@ constexpr std::size_t kInputBuffer = 1024;
 }  // namespace
 
 PowerMeter::PowerMeter(PowerMeterOptions options, devices::LampMonitor& monitor,
-                       devices::Clock& clock, emulator_faults::FaultPlan& faults, WireLog& log)
+                       devices::Clock& clock, emulator_faults::FaultPlan& faults)
     : options_(std::move(options)),
       identity_(identity_of(
           {0x1313, 0x8078, "Thorlabs", "PM100D", options_.serial, 0xFE, 0x03, 0x01, {0x01, 0x82}})),
       monitor_(monitor),
       clock_(clock),
-      faults_(faults),
-      log_(log) {}
+      faults_(faults) {}
 
 void PowerMeter::restart() {
   clear();
@@ -90,7 +89,6 @@ void PowerMeter::bulk_out(std::span<const std::uint8_t> bytes) {
 
 void PowerMeter::message(std::uint8_t id, std::uint8_t tag, std::uint32_t size, bool end,
                          std::span<const std::uint8_t> payload) {
-  const Wall::time_point now = Wall::now();
   if (id == 1) {
     // The payload is padded to whole words: anything else is a driver's error.
     if (size > payload.size() || payload.size() - size > 3 ||
@@ -99,7 +97,6 @@ void PowerMeter::message(std::uint8_t id, std::uint8_t tag, std::uint32_t size, 
       return;
     }
     input_.append(payload.begin(), payload.begin() + size);
-    asked_at_ = now;
     if (end) command(std::exchange(input_, {}));
   } else if (id == 2) {
     request_ = Request{tag, size};
@@ -162,7 +159,6 @@ std::optional<Bytes> PowerMeter::bulk_in(std::size_t room, Wall::time_point) {
   const auto part = leaving_.begin() + static_cast<std::ptrdiff_t>(count);
   Bytes sent(leaving_.begin(), part);
   leaving_.erase(leaving_.begin(), part);
-  log_.add(name(), asked_at_, Wall::now());
   return sent;
 }
 

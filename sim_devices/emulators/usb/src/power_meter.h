@@ -18,7 +18,7 @@ namespace gonio::usb_emulator {
 class PowerMeter final : public EmulatedDevice {
  public:
   PowerMeter(PowerMeterOptions options, devices::LampMonitor& monitor, devices::Clock& clock,
-             emulator_faults::FaultPlan& faults, WireLog& log);
+             emulator_faults::FaultPlan& faults);
 
   const std::string& name() const override { return options_.name; }
   const Identity& identity() const override { return identity_; }
@@ -46,14 +46,12 @@ class PowerMeter final : public EmulatedDevice {
   devices::LampMonitor& monitor_;
   devices::Clock& clock_;
   emulator_faults::FaultPlan& faults_;
-  WireLog& log_;
   std::string input_;
   std::string output_;
   std::optional<Request> request_;
   Bytes leaving_;  ///< of one answer, not yet taken
   bool abort_ends_ = false;
   std::deque<std::string> errors_;
-  Wall::time_point asked_at_{};
 };
 
 }  // namespace gonio::usb_emulator

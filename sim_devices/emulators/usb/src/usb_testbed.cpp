@@ -27,15 +27,14 @@ void UsbTestbed::add_apt_stage(const AptStageOptions& options, sim::Joint& joint
                     options.name, options.serial));
   }
   auto drive = std::make_unique<AptDrive>(options, joint, machine_->clock, machine_->faults);
-  machine_->add(std::make_unique<FtdiChip>(std::move(drive), options.serial, machine_->log));
+  machine_->add(std::make_unique<FtdiChip>(std::move(drive), options.serial));
 }
 
 void UsbTestbed::add_power_meter(const PowerMeterOptions& options, devices::LampMonitor& monitor) {
   if (options.name.empty() || options.serial.empty()) {
     throw std::invalid_argument("power meter: expected a name and a serial");
   }
-  machine_->add(std::make_unique<PowerMeter>(options, monitor, machine_->clock, machine_->faults,
-                                             machine_->log));
+  machine_->add(std::make_unique<PowerMeter>(options, monitor, machine_->clock, machine_->faults));
 }
 
 void UsbTestbed::add_serial_port(const std::string& port, const std::string& terminal) {
@@ -56,7 +55,5 @@ void UsbTestbed::cycle_power(const std::string& name) { machine_->cycle_power(na
 std::vector<std::pair<std::string, std::string>> UsbTestbed::environment() const {
   return {{"UMOCKDEV_DIR", machine_->directory()}, {"LD_PRELOAD", GONIO_UMOCKDEV_PRELOAD}};
 }
-
-const WireLog& UsbTestbed::wire_log() const { return machine_->log; }
 
 }  // namespace gonio::usb_emulator

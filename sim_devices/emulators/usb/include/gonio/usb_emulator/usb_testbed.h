@@ -10,7 +10,6 @@
 #include "gonio/emulator_faults/fault_plan.h"
 #include "gonio/sim/joint.h"
 #include "gonio/units/angle.h"
-#include "gonio/usb_emulator/wire_log.h"
 
 /// USB devices that are not there, on the system call interface of Linux: real libusb enumerates,
 /// opens and claims them (umockdev).
@@ -20,7 +19,7 @@ class Machine;
 
 /// A Thorlabs K10CR1 behind its FT232 chip (0403:faf0).
 struct AptStageOptions {
-  std::string name;    ///< of the device in fault rules and in the wire log
+  std::string name;    ///< of the device in fault rules
   std::string serial;  ///< decimal, as on the case: both the USB string and the unit's own number
   Angle home;          ///< joint angle of the home mark
   bool reversed = false;  ///< counts down where the joint angle goes up
@@ -71,8 +70,6 @@ class UsbTestbed {
 
   /// What a program needs in its environment to see all this: UMOCKDEV_DIR and LD_PRELOAD.
   std::vector<std::pair<std::string, std::string>> environment() const;
-
-  const WireLog& wire_log() const;
 
  private:
   std::unique_ptr<Machine> machine_;
