@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 namespace gonio::apt_stage {
 
@@ -17,26 +19,35 @@ Message AptLink::ask(const Bytes& question, MessageId answer) {
     } catch (const DeviceError& error) {
       const bool may_help =
           error.code() == DeviceErrc::Timeout || error.code() == DeviceErrc::Protocol;
+      answer_is_late_ = may_help;
       if (!may_help || attempt == kAttempts) throw;
-      resynchronise();
     }
   }
 }
 
 Message AptLink::ask_once(const Bytes& question, MessageId answer) {
-  while (receive(std::chrono::milliseconds(0))) {
-  }
-  while (next()) {
+  if (answer_is_late_) {
+    let_pass_what_is_late();
+  } else {
+    drain();
   }
   const std::size_t skipped = decoder_.skipped();
   port_->write(question);
-  const Wall::time_point end = Wall::now() + kAnswer;
+  Wall::time_point end = Wall::now() + kAnswer;
+  std::optional<Message> found;
   do {
     receive(std::chrono::ceil<std::chrono::milliseconds>(end - Wall::now()));
-    while (const std::optional<Message> message = next()) {
-      if (message->is(answer)) return *message;
+    while (std::optional<Message> message = next()) {
+      if (!message->is(answer) || !is_of_our_channel(*message)) continue;
+      if (!answer_is_late_) return *message;
+      if (!found) end = Wall::now() + kLate;  // it may be the late one
+      found = std::move(message);
     }
   } while (Wall::now() < end);
+  if (found) {
+    answer_is_late_ = false;
+    return *found;
+  }
   const std::size_t broken = decoder_.pending() + decoder_.skipped() - skipped;
   const auto id = static_cast<unsigned>(answer);
   if (broken == 0) {
@@ -60,29 +71,55 @@ void AptLink::acknowledge() {
 }
 
 void AptLink::forget() {
-  while (receive(std::chrono::milliseconds(0))) {
+  drain();
+  notices_ = {};
+}
+
+void AptLink::drain() {
+  const Wall::time_point end = Wall::now() + kDrain;
+  std::size_t drained = 0;
+  while (drained < kMostUnasked && Wall::now() < end) {
+    const std::size_t count = receive(std::chrono::milliseconds(0));
+    if (count == 0) break;
+    drained += count;
   }
   while (next()) {
   }
-  notices_ = {};
+}
+
+/// What the unit tells of its own accord is noted all the same.
+void AptLink::let_pass_what_is_late() {
+  const Wall::time_point end = Wall::now() + kLate;
+  try {
+    do {
+      receive(std::chrono::ceil<std::chrono::milliseconds>(end - Wall::now()));
+      while (next()) {
+      }
+    } while (Wall::now() < end);
+  } catch (const DeviceError& error) {
+    // A line that garbles is for the question to find out.
+    if (error.code() == DeviceErrc::Disconnected) throw;
+  }
+  resynchronise();
 }
 
 void AptLink::reset() {
   decoder_.clear();
   notices_ = {};
   unacknowledged_ = 0;
+  answer_is_late_ = false;
 }
 
-bool AptLink::receive(std::chrono::milliseconds deadline) {
+std::size_t AptLink::receive(std::chrono::milliseconds deadline) {
   std::array<std::uint8_t, 512> bytes{};
   const std::size_t count = port_->read(bytes, std::max(deadline, std::chrono::milliseconds(0)));
   decoder_.feed(std::span(bytes).first(count));
-  return count > 0;
+  return count;
 }
 
 std::optional<Message> AptLink::next() {
   std::optional<Message> message = decoder_.next();
-  if (!message) return message;
+  if (!message || !is_of_our_channel(*message)) return message;
   if (message->is(MessageId::MOT_MOVE_HOMED)) notices_.homed = true;
   if (message->is(MessageId::MOT_MOVE_COMPLETED)) notices_.completed = true;
   if (message->is(MessageId::MOT_MOVE_STOPPED)) notices_.stopped = true;

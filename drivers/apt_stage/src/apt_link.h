@@ -12,12 +12,18 @@ namespace gonio::apt_stage {
 /// Questions and answers with one unit, and what it says unasked.
 ///
 /// Retries  A question is asked up to kAttempts times when no answer or a broken one comes; what
-///          moves is sent once.
+///          moves is sent once. Answers carry no number: after one that stayed away, what comes
+///          within kLate is thrown away before the question is repeated, and of the answers to the
+///          repetition the last within kLate counts.
+/// Bounds   Nothing here takes longer than its own deadlines on a line that never falls silent.
 /// Threads  send() from any thread; the rest belongs to the controlling one.
 class AptLink {
  public:
   static constexpr int kAttempts = 3;
   static constexpr std::chrono::milliseconds kAnswer{250};  ///< for one answer, host time
+  static constexpr std::chrono::milliseconds kLate{100};    ///< how late an answer may be, as well
+  static constexpr std::chrono::milliseconds kDrain{50};    ///< for what is there unasked
+  static constexpr std::size_t kMostUnasked = 4096;         ///< bytes of it, at once
   /// The unit falls silent after 50 status messages without an acknowledgement (issue 25,
   /// MOT_ACK_DCSTATUSUPDATE), whoever asked for them: acknowledge() before the first question.
   static constexpr int kAcknowledgeAfter = 10;
@@ -41,8 +47,8 @@ class AptLink {
   /// So that the unit goes on answering ask_status(), which does this by itself from then on.
   void acknowledge();
 
-  /// Reads what has come and forgets all notices, so that what is told from now on belongs to the
-  /// command that follows.
+  /// Reads what has come, within kDrain and kMostUnasked, and forgets all notices, so that what is
+  /// told from now on belongs to the command that follows.
   void forget();
   const Notices& notices() const { return notices_; }
 
@@ -54,13 +60,16 @@ class AptLink {
 
  private:
   Message ask_once(const Bytes& question, MessageId answer);
-  bool receive(std::chrono::milliseconds deadline);
+  void drain();
+  void let_pass_what_is_late();
+  std::size_t receive(std::chrono::milliseconds deadline);
   std::optional<Message> next();
 
   std::shared_ptr<usb_bus::ByteStream> port_;
   AptDecoder decoder_;
   Notices notices_;
   int unacknowledged_ = 0;
+  bool answer_is_late_ = false;  ///< one to an earlier question may still come
 };
 
 }  // namespace gonio::apt_stage

@@ -155,6 +155,15 @@ std::string describe_status(std::uint32_t bits) {
   return text.empty() ? "none" : text;
 }
 
+bool is_of_our_channel(const Message& message) {
+  if (message.is(MessageId::MOT_MOVE_HOMED) || message.is(MessageId::MOD_GET_CHANENABLESTATE)) {
+    return message.param1 == kChannel;
+  }
+  // All data about the motor begin with its channel.
+  const bool of_motor = (message.id & 0xFF00U) == 0x0400U && message.data.size() >= 2;
+  return !of_motor || number_at<std::uint16_t>(message.data, 0) == kChannel;
+}
+
 std::optional<HardwareInfo> hardware_info(const Message& message) {
   if (!has_data(message, MessageId::HW_GET_INFO, kInfoBytes)) return std::nullopt;
   const Bytes& data = message.data;

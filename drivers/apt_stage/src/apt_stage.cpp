@@ -118,7 +118,12 @@ void AptStage::reconnect() {
   gate_.set_homed(false);
   link_->port().reconnect(kReconnect);
   link_->reset();
-  identify();
+  try {
+    identify();
+  } catch (...) {
+    link_->port().disconnect();  // so that the next attempt begins with all of this again
+    throw;
+  }
 }
 
 /// Runs what talks to the unit; one that has gone is not homed when it comes back.
@@ -182,11 +187,11 @@ void AptStage::home(std::chrono::milliseconds timeout) {
     StatusUpdate before = confirmed_status();
     before.bits &= ~status::kLimits;  // homing drives off a switch
     require_no_alarm(before);
+    link_->forget();  // before the hold: stop() waits for that
     {
       const auto hold = gate_.hold_for_homing();
       target_.reset();
       settled_at_.reset();
-      link_->forget();
       link_->send(move_home());
     }
     try {
@@ -241,13 +246,28 @@ void AptStage::begin_move_to(Angle target) {
 Angle AptStage::wait_until_settled(std::chrono::milliseconds timeout) {
   gate_.require_ready();
   const Time deadline = devices::deadline_after(clock_, timeout);
-  if (target_) {
-    if (!settled_at_) wait_for_arrival(deadline);
-    wait_for_settling(deadline, timeout);
+  if (target_ && !settled_at_) wait_for_arrival(deadline);
+  while (true) {
+    if (settled_at_) wait_for_settling(deadline, timeout);
+    const StatusUpdate status = checked_status();
+    gate_.require_not_stopped();
+    if (!status.has(status::kInMotion)) return joint_at(status.position);
+    // Taken over on its way, or turned at its own panel.
+    wait_until_standing(deadline, timeout);
+    settled_at_ = clock_.now() + setup_.settle;
   }
-  const StatusUpdate status = checked_status();
-  gate_.require_not_stopped();
-  return joint_at(status.position);
+}
+
+void AptStage::wait_until_standing(Time deadline, std::chrono::milliseconds timeout) {
+  while (checked_status().has(status::kInMotion)) {
+    gate_.require_not_stopped();
+    if (clock_.now() >= deadline) {
+      throw DeviceError(
+          DeviceErrc::Timeout, name(),
+          fmt::format("still moving after {} ms, and nobody sent it; stop() it", timeout.count()));
+    }
+    pause();
+  }
 }
 
 void AptStage::wait_for_arrival(Time deadline) {
@@ -298,29 +318,34 @@ void AptStage::stop() noexcept {
   }
 }
 
-void AptStage::rearm() {
-  if (!gate_.latched()) return;
-  const std::uint64_t stops = gate_.stops();
+void AptStage::require_standing() { stand_still(); }
+
+StatusUpdate AptStage::stand_still() {
   const double braking_s = setup_.max_speed_deg_per_s / setup_.acceleration_deg_per_s2;
   const Time deadline = clock_.now() + kStopPatience +
                         std::chrono::duration_cast<Time>(std::chrono::duration<double>(braking_s));
-  try {
-    while (true) {
-      StatusUpdate status = confirmed_status();
-      status.bits &= ~status::kLimits;  // home() drives off a switch, and needs this first
-      require_no_alarm(status);
-      if (!status.has(status::kInMotion)) break;
-      if (clock_.now() >= deadline) {
-        throw DeviceError(DeviceErrc::Fault, name(),
-                          "the stage ignored stop and moves on; cut its power");
-      }
-      link_->send(move_stop(StopMode::immediate));
-      pause();
+  while (true) {
+    const StatusUpdate status = losing_home([&] { return confirmed_status(); });
+    if (!status.has(status::kInMotion)) return status;
+    if (clock_.now() >= deadline) {
+      throw DeviceError(DeviceErrc::Fault, name(),
+                        "the stage ignored stop and moves on; cut its power");
     }
+    losing_home([&] { link_->send(move_stop(StopMode::immediate)); });
+    pause();
+  }
+}
+
+void AptStage::rearm() {
+  if (!gate_.latched()) return;
+  const std::uint64_t stops = gate_.stops();
+  try {
+    StatusUpdate status = stand_still();
+    status.bits &= ~status::kLimits;  // home() drives off a switch, and needs this first
+    require_no_alarm(status);
   } catch (const DeviceError& error) {
     // What has gone does not move for us; home(), which reconnects, will tell.
     if (error.code() != DeviceErrc::Disconnected) throw;
-    gate_.set_homed(false);
   }
   target_.reset();
   settled_at_.reset();

@@ -97,6 +97,9 @@ Bytes move_stop(StopMode mode);
 Bytes request_status();
 Bytes acknowledge_status();
 
+/// Whether a message from the unit is about kChannel, or, as HW_GET_INFO, about none.
+bool is_of_our_channel(const Message& message);
+
 // Messages from the unit; nothing when the message is another or has another length.
 
 struct HardwareInfo {

@@ -24,7 +24,8 @@ class AptLink;
 ///          switched off and on it counts as not homed; home() looks for an unplugged one again by
 ///          its serial, for at most kReconnect.
 /// Settled  Completed (told so, or the settled bit), not moving, and within in_position_deg of
-///          the target; then AxisSetup::settle on the session's clock.
+///          the target; then AxisSetup::settle on the session's clock. Taken over on its way, or
+///          turned at its own panel: not moving, then the same.
 /// stop()   Sends the unit's immediate stop: at most one transfer's deadline, whatever the
 ///          controlling thread waits for. rearm() makes sure that it was obeyed.
 /// Time     Timeouts of home() and wait_until_settled() are the session clock's; deadlines of
@@ -50,6 +51,12 @@ class AptStage final : public devices::RotationStage {
   void stop() noexcept override;
   void rearm() override;
 
+  /// Returns once the axis stands; one that does not is sent the stop again meanwhile. For the end
+  /// of a program, after stop(): does not rearm. From the controlling thread. Throws Fault when it
+  /// moves on, after its braking time and one second (the session clock's); Timeout, Protocol and
+  /// Disconnected when it cannot be asked, and so may move.
+  void require_standing();
+
   /// Who it is: for the session's metadata and `gonio devices`.
   const HardwareInfo& identity() const { return identity_; }
 
@@ -64,6 +71,8 @@ class AptStage final : public devices::RotationStage {
   std::uint32_t alarms_in(const StatusUpdate& status) const;
   void require_no_alarm(const StatusUpdate& status) const;
   void wait_for_home(Time deadline, std::chrono::milliseconds timeout);
+  StatusUpdate stand_still();
+  void wait_until_standing(Time deadline, std::chrono::milliseconds timeout);
   void wait_for_arrival(Time deadline);
   void wait_for_settling(Time deadline, std::chrono::milliseconds timeout);
   void pause() const;
