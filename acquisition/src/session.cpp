@@ -65,6 +65,11 @@ class Session {
     report("park");
     devices_.close_shutter();
     devices_.move_to(instrument_.rig.home());
+    if (devices_.devices().remarks) {
+      for (const std::string& remark : devices_.devices().remarks()) {
+        archive_.note(devices_.now(), "devices", remark);
+      }
+    }
     archive_.finish(devices_.now());
     result_.complete = result_.measured == static_cast<int>(plan_.points.size());
   }

@@ -21,7 +21,9 @@ class Session : public testing::Test {
   SessionResult run(std::stop_token stop = {}) {
     const MeasurementPlan plan = rig_.plan(directions_);
     SessionWriter archive(folder_, {}, {});
-    return run_session(rig_.devices(), rig_.known, plan, options_, archive, {}, std::move(stop));
+    DeviceSet devices = rig_.devices();
+    if (!remarks_.empty()) devices.remarks = [this] { return remarks_; };
+    return run_session(devices, rig_.known, plan, options_, archive, {}, std::move(stop));
   }
   std::string refusal() {
     try {
@@ -55,6 +57,7 @@ class Session : public testing::Test {
   FakeRig rig_;
   SessionOptions options_;
   std::vector<std::array<double, 3>> directions_ = kTwoDirections;
+  std::vector<std::string> remarks_;
 };
 
 TEST_F(Session, MeasuresEveryPointInEveryChannelAndEndsSafe) {
@@ -200,6 +203,15 @@ TEST_F(Session, WarnsOfADarkClosingWhite) {
     rig_.camera.lit_dn_per_s = closing ? 0.0 : 50000.0;
   };
   EXPECT_THAT(run().warnings, Contains(HasSubstr("is the lamp on?")));
+}
+
+TEST_F(Session, WritesDownWhatTheDevicesHaveToSayAtTheEnd) {
+  remarks_ = {"camera: 3 frames repeated"};
+  EXPECT_TRUE(run().complete);
+  const SessionReader archive(folder_);
+  ASSERT_FALSE(archive.notes().empty());
+  EXPECT_EQ(archive.notes().back().kind, "devices");
+  EXPECT_EQ(archive.notes().back().text, "camera: 3 frames repeated");
 }
 
 TEST_F(Session, RetriesATimeoutAndWritesItDown) {

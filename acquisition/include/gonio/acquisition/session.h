@@ -28,6 +28,8 @@ struct DeviceSet {
   devices::LampMonitor* monitor = nullptr;    ///< optional
   devices::TargetChanger* changer = nullptr;  ///< needed for white placement changer and manual
   devices::Clock* clock = nullptr;
+  /// What the devices have to say at the end, for the archive: retries, gaps. Optional.
+  std::function<std::vector<std::string>()> remarks;
 };
 
 /// The pre-run check refused a session: nothing has moved. One line names the device, axis, option
