@@ -174,12 +174,15 @@ std::string genicam_description(const devices::CameraInfo& sensor, const std::st
   of.integer("OffsetX", kOffsetX, "<Min>0</Min><pMax>SensorWidth</pMax><Inc>2</Inc>");
   of.integer("OffsetY", kOffsetY, "<Min>0</Min><pMax>SensorHeight</pMax><Inc>2</Inc>");
   of.choice("PixelFormat", kPixelFormat, formats_of(sensor.pixel_format));
+  of.integer_register("PayloadBytes", kPayloadBytes, "RO");
   of.verbatim("PayloadSize",
               "<IntSwissKnife Name=\"PayloadSize\" NameSpace=\"Standard\">"
               "<pVariable Name=\"WIDTH\">Width</pVariable>"
               "<pVariable Name=\"HEIGHT\">Height</pVariable>"
               "<pVariable Name=\"PIXELFORMAT\">PixelFormat</pVariable>"
-              "<Formula>WIDTH * HEIGHT * ((PIXELFORMAT>>16)&amp;0xFF) / 8</Formula>"
+              "<pVariable Name=\"BYTES\">PayloadBytes</pVariable>"
+              "<Formula>BYTES &gt; 0 ? BYTES : WIDTH * HEIGHT * ((PIXELFORMAT>>16)&amp;0xFF) / 8"
+              "</Formula>"
               "</IntSwissKnife>\n");
 
   of.integer_register("AcquisitionRegister", kAcquisition, "WO");

@@ -31,6 +31,7 @@ inline constexpr std::uint32_t kGammaEnable = 0x2010;
 inline constexpr std::uint32_t kTriggerSource = 0x2014;
 inline constexpr std::uint32_t kTriggerSoftware = 0x2018;
 inline constexpr std::uint32_t kBalanceWhiteAuto = 0x201c;
+inline constexpr std::uint32_t kPayloadBytes = 0x2020;  // 0: what the image takes
 
 // GigE Vision bootstrap registers.
 inline constexpr std::uint32_t kVendorName = 0x48;

@@ -56,7 +56,8 @@ enum class Feature {
   pixel_format,  ///< value: PFNC code
   width,
   exposure_time_us,
-  temperature_c
+  temperature_c,
+  payload_bytes  ///< what it says that a frame takes; 0: the truth
 };
 
 /// The camera: control channel and stream of Aravis' fake camera with a GenICam description of our
