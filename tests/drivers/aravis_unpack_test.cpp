@@ -119,6 +119,17 @@ TEST(Unpack, EveryTwelveBitValueComesOutInBothPlaces) {
   }
 }
 
+TEST(Unpack, BitsInUseAreThoseOfEveryPixelWhereverItLies) {
+  EXPECT_EQ(bits_in_use({}), 0);
+  for (std::size_t pixels = 1; pixels < 40; ++pixels) {
+    for (std::size_t place = 0; place < pixels; ++place) {
+      std::vector<std::uint16_t> dn(pixels, 0x0001);
+      dn[place] = 0x8000;
+      ASSERT_EQ(bits_in_use(dn), pixels == 1 ? 0x8000 : 0x8001) << place << " of " << pixels;
+    }
+  }
+}
+
 TEST(WireFormat, CodesSayTheirOwnSizeAndAreUnique) {
   std::set<std::uint32_t> codes;
   std::set<std::string_view> names;

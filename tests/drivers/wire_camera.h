@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -55,7 +56,11 @@ class PatternCamera final : public devices::Camera {
     return frame;
   }
 
+  /// Exposures begun so far.
+  int begun() const { return begun_; }
+
   devices::Frame capture(std::chrono::nanoseconds exposure) override {
+    ++begun_;
     clock_.wait_until(clock_.now() + exposure);
     devices::Frame frame = still();
     frame.exposure = exposure;
@@ -68,6 +73,7 @@ class PatternCamera final : public devices::Camera {
   devices::PixelFormat format_;
   int width_;
   int height_;
+  std::atomic<int> begun_ = 0;
   std::uint16_t exposures_ = 0;
   std::string name_ = "pattern";
 };

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <sstream>
 #include <thread>
 #include <type_traits>
 #include <utility>
 
-#include "frame_sequence.h"
-#include "gonio/aravis_camera/unpack.h"
-#include "gonio/aravis_camera/wire_format.h"
+#include "frame_reader.h"
+#include "settings_check.h"
+#include "text.h"
 
 namespace gonio::aravis_camera {
 
@@ -19,41 +18,18 @@ using devices::DeviceError;
 
 namespace {
 
-// How far what a camera grants may be from what was asked: it rounds to its own steps. What it
-// grants is what the frame carries.
-constexpr double kExposureTolerance = 0.02;
-constexpr double kExposureToleranceUs = 50.0;  // lines of a slow sensor
-constexpr double kGainToleranceDb = 0.1;
-constexpr double kBlackLevelToleranceUnits = 1.0;
-
 constexpr std::chrono::milliseconds kBetweenAttempts{200};
 // A live picture may lose frames, but not all of them.
 constexpr int kBadInARow = 20;
+// Of the host's time: what its clock and an emulated camera's may differ by.
+constexpr std::chrono::milliseconds kArrivalTolerance{1};
 
 std::chrono::nanoseconds host_now() { return std::chrono::steady_clock::now().time_since_epoch(); }
 
+std::int64_t to_ms(std::chrono::nanoseconds time) { return time.count() / 1000000; }
+
 std::chrono::nanoseconds from_us(double us) {
   return std::chrono::nanoseconds(std::llround(us * 1000.0));
-}
-
-template <typename... Parts>
-std::string joined(const Parts&... parts) {
-  std::ostringstream text;
-  (text << ... << parts);
-  return text.str();
-}
-
-bool same(const Region& a, const Region& b) {
-  return a.x == b.x && a.y == b.y && a.width == b.width && a.height == b.height;
-}
-
-std::string as_text(const Region& region) {
-  return joined(region.width, " x ", region.height, " px at ", region.x, ", ", region.y);
-}
-
-std::string format_text(std::uint32_t code) {
-  const WireFormat* const known = find_wire_format(code);
-  return known != nullptr ? std::string(known->name) : joined("0x", std::hex, code);
 }
 
 }  // namespace
@@ -63,7 +39,7 @@ class AravisCamera::Machine {
  public:
   Machine(const AravisCameraOptions& options, const devices::SteadyClock& clock, LinkOpener opener)
       : options_(checked(options)),
-        format_(*find_wire_format(options_.pixel_format)),
+        reader_(options_, identity_, counters_),
         clock_(clock),
         opener_(std::move(opener)) {
     connect();
@@ -79,8 +55,8 @@ class AravisCamera::Machine {
     info.serial = identity_.serial;
     info.width_px = identity_.region.width;
     info.height_px = identity_.region.height;
-    info.pixel_format = format_.layout;
-    info.saturation_level_dn = saturation_level();
+    info.pixel_format = reader_.format().layout;
+    info.saturation_level_dn = reader_.saturation_level();
     info.min_exposure = std::chrono::nanoseconds(std::llround(std::ceil(min_ns())));
     info.max_exposure = std::chrono::nanoseconds(std::llround(std::floor(max_ns())));
     info.readout = options_.readout;
@@ -109,21 +85,22 @@ class AravisCamera::Machine {
     require_in_range(exposure);
     with_link([&] {
       restart_first_ = true;  // back to triggers, however this ends
+      exposure_set_ = std::max(exposure_set_, exposure);
       link_->set_exposure_us(static_cast<double>(exposure.count()) / 1000.0);
       link_->restart(true);
-      sequence_.restart();
+      reader_.restart();
       const CameraState state = verified(exposure, true);
       devices::Frame frame;  // its memory serves all
       int bad_in_a_row = 0;
       for (bool more = true; more;) {
         const auto patience = patience_for(exposure);
         const bool came = link_->take_frame(patience, [&](const RawFrame& raw) {
-          const std::string problem = problem_of(raw);  // counts it
+          const std::string problem = reader_.problem_of(raw);  // counts it
           bad_in_a_row = problem.empty() ? 0 : bad_in_a_row + 1;
           if (bad_in_a_row > kBadInARow) throw DeviceError(DeviceErrc::Protocol, name(), problem);
           if (bad_in_a_row > 0) return;
-          fill(frame, raw, state);
-          frame.exposure_start = clock_.now() - frame.exposure - options_.readout;
+          reader_.fill(frame, raw, state);
+          frame.exposure_start = session_time(raw.arrived) - frame.exposure - options_.readout;
           more = take(frame);
         });
         if (!came) fail_without_frame(patience);
@@ -150,12 +127,6 @@ class AravisCamera::Machine {
 
   double min_ns() const { return identity_.min_exposure_us * 1000.0; }
   double max_ns() const { return identity_.max_exposure_us * 1000.0; }
-
-  std::uint16_t saturation_level() const {
-    return options_.saturation_level_dn != 0
-               ? options_.saturation_level_dn
-               : static_cast<std::uint16_t>((1U << static_cast<unsigned>(format_.bits)) - 1U);
-  }
 
   void require_in_range(std::chrono::nanoseconds exposure) const {
     const auto ns = static_cast<double>(exposure.count());
@@ -198,8 +169,10 @@ class AravisCamera::Machine {
     }
     require_same_camera(link_->identity());
     identity_ = link_->identity();
-    require_settings(link_->state(), std::nullopt, false);
-    sequence_.restart();
+    const CameraState state = link_->state();
+    require_settings(state, std::nullopt, false);
+    exposure_set_ = from_us(state.exposure_us);
+    reader_.restart();
     restart_first_ = false;
     lost_ = false;
   }
@@ -214,107 +187,123 @@ class AravisCamera::Machine {
   }
 
   devices::Frame expose(std::chrono::nanoseconds exposure) {
-    if (restart_first_) {
+    // A line is pulsed whether or not anybody asks: only a new acquisition has none of the
+    // exposures that were under way.
+    if (restart_first_ || by_line()) {
       link_->restart(false);
-      sequence_.restart();
+      reader_.restart();
       restart_first_ = false;
     }
-    const auto discard = [&](const RawFrame& raw) {
-      ++counters_.unexpected;
-      sequence_.next(raw.id, raw.timestamp_ns, host_now());
-    };
-    link_->set_exposure_us(static_cast<double>(exposure.count()) / 1000.0);
-    while (link_->take_frame(std::chrono::nanoseconds(0), discard)) {
-    }
+    arm(exposure);
+    return by_line() ? await_pulse(exposure) : expose_by_software(exposure);
+  }
 
+  bool by_line() const { return !options_.trigger_line.empty(); }
+
+  /// Sets the exposure; what came before is thrown away.
+  void arm(std::chrono::nanoseconds exposure) {
+    const std::chrono::nanoseconds longest = std::max(exposure_set_, exposure);
+    exposure_set_ = longest;  // until it is known that the camera took the new one
+    link_->set_exposure_us(static_cast<double>(exposure.count()) / 1000.0);
+    // There are cameras that finish after a restart what they were exposing. Of the old length, it
+    // would come when an exposure of a shorter one is due.
+    const bool wait_it_out = by_line() && longest > exposure;
+    const auto until =
+        host_now() + (wait_it_out ? clock_.on_host(longest + options_.readout) + kArrivalTolerance
+                                  : std::chrono::nanoseconds(0));
+    const auto discard = [&](const RawFrame& raw) { reader_.pass_over(raw); };
+    while (link_->take_frame(until - host_now(), discard)) {
+    }
+    exposure_set_ = exposure;
+  }
+
+  /// Host's time that a frame takes at least, from its trigger on.
+  std::chrono::nanoseconds shortest(std::chrono::nanoseconds exposure,
+                                    std::chrono::nanoseconds readout) const {
+    const auto granted = std::chrono::nanoseconds(
+        std::llround(static_cast<double>(exposure.count()) * (1.0 - kExposureTolerance)));
+    return clock_.on_host(granted + readout) - kArrivalTolerance;
+  }
+
+  devices::Frame expose_by_software(std::chrono::nanoseconds exposure) {
+    // Nobody else triggers, so that a frame too early is a fault. How quickly the camera reads out
+    // need not be known for that.
     const std::chrono::nanoseconds start = clock_.now();
-    if (options_.trigger_line.empty()) link_->trigger();
+    const auto earliest = host_now() + shortest(exposure, std::chrono::nanoseconds(0));
+    link_->trigger();
     std::optional<devices::Frame> frame;
     const auto patience = patience_for(exposure);
     const bool came = link_->take_frame(patience, [&](const RawFrame& raw) {
-      const std::string problem = problem_of(raw);
-      if (!problem.empty()) throw DeviceError(DeviceErrc::Protocol, name(), problem);
-      fill(frame.emplace(), raw, verified(exposure, false));
+      frame = good_frame(raw, exposure);
+      if (raw.arrived < earliest) {
+        ++counters_.unexpected;
+        throw DeviceError(DeviceErrc::Protocol, name(),
+                          joined("frame ", raw.id, " came ", to_ms(earliest - raw.arrived),
+                                 " ms before its exposure could end; does something else trigger "
+                                 "the camera?"));
+      }
     });
     if (!came) fail_without_frame(patience);
+    frame->exposure_start = start;
+    return counted(std::move(*frame));
+  }
 
-    frame->exposure_start =
-        options_.trigger_line.empty()
-            ? start
-            : std::max(start, clock_.now() - frame->exposure - options_.readout);
-    frame->frame_id = next_frame_++;
+  devices::Frame await_pulse(std::chrono::nanoseconds exposure) {
+    const auto armed = host_now();
+    const auto earliest = armed + shortest(exposure, options_.readout);
+    const auto patience = patience_for(exposure);
+    int too_early = 0;
+    while (true) {
+      std::optional<devices::Frame> frame;
+      const auto left = std::max(armed + patience - host_now(), std::chrono::nanoseconds(0));
+      const bool came = link_->take_frame(left, [&](const RawFrame& raw) {
+        if (raw.arrived < earliest) {
+          ++too_early;
+          return reader_.pass_over(raw);
+        }
+        frame = good_frame(raw, exposure);
+        frame->exposure_start = session_time(raw.arrived) - frame->exposure - options_.readout;
+      });
+      if (frame) return counted(std::move(*frame));
+      if (!came) fail_without_frame(patience, too_early);
+    }
+  }
+
+  devices::Frame good_frame(const RawFrame& raw, std::chrono::nanoseconds exposure) {
+    const std::string problem = reader_.problem_of(raw);
+    if (!problem.empty()) throw DeviceError(DeviceErrc::Protocol, name(), problem);
+    devices::Frame frame;
+    reader_.fill(frame, raw, verified(exposure, false));
+    return frame;
+  }
+
+  devices::Frame counted(devices::Frame frame) {
+    frame.frame_id = next_frame_++;
     ++counters_.frames;
-    return std::move(*frame);
+    return frame;
+  }
+
+  /// The session's time of a moment of the host's.
+  std::chrono::nanoseconds session_time(std::chrono::nanoseconds host) const {
+    const std::chrono::duration<double, std::nano> ago = host_now() - host;
+    return clock_.now() - std::chrono::nanoseconds(std::llround(ago.count() * clock_.time_scale()));
   }
 
   std::chrono::nanoseconds patience_for(std::chrono::nanoseconds exposure) const {
     return clock_.on_host(exposure + options_.readout) + options_.frame_margin;
   }
 
-  [[noreturn]] void fail_without_frame(std::chrono::nanoseconds patience) {
+  [[noreturn]] void fail_without_frame(std::chrono::nanoseconds patience, int too_early = 0) {
     ++counters_.timeouts;
-    throw DeviceError(
-        DeviceErrc::Timeout, name(),
-        joined("no frame within ", patience.count() / 1000000, " ms of the ",
-               options_.trigger_line.empty() ? "trigger"
-                                             : "call; is " + options_.trigger_line + " pulsed?"));
-  }
-
-  /// Why a buffer is not a frame; counts it. Empty when it is one.
-  std::string problem_of(const RawFrame& raw) {
-    const FrameSequence::Verdict verdict = sequence_.next(raw.id, raw.timestamp_ns, host_now());
-    counters_.id_gaps += verdict.missing;
-    counters_.timestamp_jumps += verdict.jump ? 1 : 0;
-    if (!raw.complete) {
-      ++counters_.incomplete;
-      return joined("frame ", raw.id, " is incomplete: ", raw.problem,
-                    "; see network tuning in docs/hardware.md");
+    std::string message =
+        joined("no frame within ", to_ms(patience), " ms of the ",
+               by_line() ? "call; is " + options_.trigger_line + " pulsed?" : "trigger");
+    if (too_early > 0) {
+      message += joined(" (", too_early,
+                        " came too early: of pulses before the call, or the camera reads out "
+                        "faster than its readout is said to be)");
     }
-    if (!verdict.problem.empty()) {
-      ++counters_.out_of_order;
-      return joined("frame ", verdict.problem);
-    }
-    if (raw.pixel_format != format_.code) {
-      ++counters_.wrong_settings;
-      return joined("frame ", raw.id, " has pixel format ", format_text(raw.pixel_format),
-                    ", asked ", format_.name);
-    }
-    if (raw.width != identity_.region.width || raw.height != identity_.region.height) {
-      ++counters_.wrong_settings;
-      return joined("frame ", raw.id, " has ", raw.width, " x ", raw.height, " px, asked ",
-                    as_text(identity_.region));
-    }
-    const std::size_t expected = packed_size(format_.packing, pixels());
-    if (raw.bytes.size() != expected) {
-      ++counters_.incomplete;
-      return joined("frame ", raw.id, " has ", raw.bytes.size(), " bytes, expected ", expected);
-    }
-    return {};
-  }
-
-  std::size_t pixels() const {
-    return static_cast<std::size_t>(identity_.region.width) *
-           static_cast<std::size_t>(identity_.region.height);
-  }
-
-  void fill(devices::Frame& frame, const RawFrame& raw, const CameraState& state) const {
-    frame.width_px = identity_.region.width;
-    frame.height_px = identity_.region.height;
-    frame.pixel_format = format_.layout;
-    frame.saturation_level_dn = saturation_level();
-    frame.black_level_dn = identity_.black_level_feature.empty()
-                               ? options_.black_level_dn
-                               : state.black_level * options_.black_level_unit_dn;
-    frame.gain_db = gain_db(state);
-    frame.exposure = from_us(state.exposure_us);
-    frame.pixels_dn.resize(pixels());
-    unpack(format_.packing, raw.bytes, frame.pixels_dn);
-  }
-
-  double gain_db(const CameraState& state) const {
-    if (identity_.gain_feature.empty()) return 0.0;
-    if (identity_.gain_feature != "GainRaw") return state.gain;
-    return options_.gain_raw_per_db > 0.0 ? state.gain / options_.gain_raw_per_db : 0.0;
+    throw DeviceError(DeviceErrc::Timeout, name(), message);
   }
 
   /// The camera's settings, when they are what was asked for.
@@ -326,63 +315,22 @@ class AravisCamera::Machine {
 
   void require_settings(const CameraState& state, std::optional<std::chrono::nanoseconds> exposure,
                         bool free_running) {
-    const std::string problem = difference(state, exposure, free_running);
+    const std::string problem =
+        difference(options_, link_->identity(), state, exposure, free_running);
     if (problem.empty()) return;
     ++counters_.wrong_settings;
     throw DeviceError(DeviceErrc::Protocol, name(), "the camera's settings changed: " + problem);
   }
 
-  std::string difference(const CameraState& state, std::optional<std::chrono::nanoseconds> exposure,
-                         bool free_running) const {
-    const CameraIdentity& identity = link_->identity();
-    if (!state.automatic.empty()) return state.automatic.front() + " is on";
-    if (state.pixel_format != format_.code) {
-      return joined("pixel format is ", format_text(state.pixel_format), ", asked ", format_.name);
-    }
-    if (!same(state.region, identity.region)) {
-      return joined("region is ", as_text(state.region), ", asked ", as_text(identity.region));
-    }
-    if (exposure) {
-      const double asked_us = static_cast<double>(exposure->count()) / 1000.0;
-      const double allowed = std::max(kExposureTolerance * asked_us, kExposureToleranceUs);
-      if (!(std::abs(state.exposure_us - asked_us) <= allowed)) {
-        return joined("exposure is ", state.exposure_us, " us, asked ", asked_us, " us");
-      }
-    }
-    if (!identity.gain_feature.empty() && identity.gain_feature != "GainRaw" &&
-        !(std::abs(state.gain - options_.gain_db) <= kGainToleranceDb)) {
-      return joined("gain is ", state.gain, " dB, asked ", options_.gain_db, " dB");
-    }
-    if (identity.gain_feature == "GainRaw" && options_.gain_raw_per_db > 0.0 &&
-        !(std::abs(state.gain - options_.gain_db * options_.gain_raw_per_db) <= 1.0)) {
-      return joined("GainRaw is ", state.gain, ", asked ",
-                    options_.gain_db * options_.gain_raw_per_db);
-    }
-    if (!identity.black_level_feature.empty()) {
-      const double asked = options_.black_level_dn / options_.black_level_unit_dn;
-      if (!(std::abs(state.black_level - asked) <= kBlackLevelToleranceUnits)) {
-        return joined(identity.black_level_feature, " is ", state.black_level, ", asked ", asked);
-      }
-    }
-    if (state.triggered == free_running) {
-      return joined("trigger mode is ", state.triggered ? "on" : "off");
-    }
-    const std::string source = options_.trigger_line.empty() ? "Software" : options_.trigger_line;
-    if (!free_running && state.trigger_source != source) {
-      return joined("trigger source is ", state.trigger_source, ", asked ", source);
-    }
-    return {};
-  }
-
   AravisCameraOptions options_;
-  const WireFormat& format_;
+  CameraIdentity identity_;
+  CameraCounters counters_;
+  FrameReader reader_;
   const devices::SteadyClock& clock_;
   LinkOpener opener_;
   std::unique_ptr<CameraLink> link_;
-  CameraIdentity identity_;
-  FrameSequence sequence_;
-  CameraCounters counters_;
   std::uint64_t next_frame_ = 0;
+  std::chrono::nanoseconds exposure_set_{0};  ///< the longest that may be under way
   bool lost_ = true;
   bool restart_first_ = false;
 };

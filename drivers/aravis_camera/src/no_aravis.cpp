@@ -1,4 +1,4 @@
-// Stands in for aravis_link.cpp in builds without the library.
+// Stands in for the files that use Aravis in builds without the library.
 
 #include "gonio/aravis_camera/aravis_camera.h"
 

@@ -8,26 +8,13 @@
 #include <vector>
 
 #include "gonio/aravis_camera/camera_link.h"
+#include "gonio/aravis_camera/counters.h"
 #include "gonio/aravis_camera/options.h"
 #include "gonio/devices/camera.h"
 #include "gonio/devices/steady_clock.h"
 #include "gonio/devices/temperature_sensor.h"
 
 namespace gonio::aravis_camera {
-
-/// What has happened to frames since the camera was constructed.
-struct CameraCounters {
-  std::uint64_t frames = 0;           ///< good ones
-  std::uint64_t retried = 0;          ///< exposures repeated within a capture()
-  std::uint64_t timeouts = 0;         ///< triggers without a frame in time
-  std::uint64_t incomplete = 0;       ///< frames with packets missing, or of a wrong size
-  std::uint64_t unexpected = 0;       ///< frames nobody asked for, thrown away before a trigger
-  std::uint64_t out_of_order = 0;     ///< frames whose id or time stamp did not go on
-  std::uint64_t id_gaps = 0;          ///< frames missing between two that came
-  std::uint64_t timestamp_jumps = 0;  ///< the camera's clock and the host's went differently
-  std::uint64_t wrong_settings = 0;   ///< frames taken under other settings than asked for
-  std::uint64_t reconnects = 0;
-};
 
 /// A GigE Vision or USB3 Vision camera.
 ///
@@ -36,7 +23,15 @@ struct CameraCounters {
 ///           settings is a Protocol error, after `retries` exposures with all of it set again.
 /// Frames    By trigger. `exposure` is what the camera says it applied; `exposure_start` is taken
 ///           just before a software trigger is sent; with a hardware trigger it is the arrival less
-///           exposure and readout. What was exposed before the call is never returned.
+///           exposure and readout.
+/// Age       What was exposed before the call is never returned. A frame that arrives sooner after
+/// a
+///           software trigger than its exposure lasts is a Protocol error. With a hardware trigger
+///           every capture() starts the acquisition anew, lets what a longer exposure before it may
+///           still bring run out, and passes over frames that arrive sooner after the call than
+///           exposure and readout. So the pulses have to go on until one counts.
+/// Pixels    A number above the largest of the pixel format is a Protocol error: bytes of another
+///           order or alignment than the format's.
 /// Errors    As Camera. Timeout: no frame came. Protocol: it came incomplete, out of order or under
 ///           other settings. Disconnected: the control channel is silent or another program has
 ///           taken it; the next capture() connects anew, for at most open_patience, and refuses
@@ -67,6 +62,7 @@ class AravisCamera final : public devices::Camera, public devices::TemperatureSe
               const std::function<bool(const devices::Frame&)>& take);
 
   const CameraIdentity& identity() const;
+  /// Of all connections so far; to_text() makes them a session's note.
   CameraCounters counters() const;
 
  private:

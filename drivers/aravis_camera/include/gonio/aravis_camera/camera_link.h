@@ -52,6 +52,8 @@ struct RawFrame {
   std::string problem;  ///< of an incomplete one, for example "packets are missing"
   std::uint64_t id = 0;
   std::uint64_t timestamp_ns = 0;  ///< the camera's clock; 0: it has none
+  /// When its last packet had come, by the host's steady clock since its epoch.
+  std::chrono::nanoseconds arrived{0};
   std::uint32_t pixel_format = 0;
   int width = 0;
   int height = 0;

@@ -37,7 +37,9 @@ struct AravisCameraOptions {
   std::string trigger_line;  ///< hardware trigger, for example "Line1"; empty: by software
   int packet_size = 0;       ///< of GigE Vision, bytes with headers; 0: the largest that passes
 
-  std::chrono::nanoseconds readout = std::chrono::milliseconds(10);  ///< session's time
+  /// Session's time from the end of an exposure to its frame. With a hardware trigger not more than
+  /// the camera takes: a frame that comes sooner counts as one of a pulse before the call.
+  std::chrono::nanoseconds readout = std::chrono::milliseconds(10);
   /// Host's time that a frame may take on top of exposure and readout.
   std::chrono::milliseconds frame_margin{1500};
   int retries = 2;  ///< of one capture(), for frames that are missing or bad

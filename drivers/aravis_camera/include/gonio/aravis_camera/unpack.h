@@ -19,4 +19,8 @@ void unpack(Packing packing, std::span<const std::byte> packed, std::span<std::u
 /// The same on any processor: what unpack() is tested against.
 void unpack_plain(Packing packing, std::span<const std::byte> packed, std::span<std::uint16_t> dn);
 
+/// All bits that are set in any pixel: above the bits of the format when the bytes were swapped or
+/// left-aligned. Costs less than reading the frame once more from memory.
+std::uint16_t bits_in_use(std::span<const std::uint16_t> dn);
+
 }  // namespace gonio::aravis_camera
