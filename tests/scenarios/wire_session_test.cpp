@@ -205,7 +205,7 @@ done
 "$gonio" jog rig.toml tilt 0 --json >second
 )");
   const Ended ended = in_the_machine("kill.sh");
-  EXPECT_THAT(ended.error, HasSubstr("axes stopped, shutter closed"));
+  EXPECT_THAT(ended.error, HasSubstr("the shutter is closed"));
   EXPECT_LT(std::stod(folder_.read("took_ms")), kWatchdogDeadline_ms);
   const auto first = nlohmann::json::parse(folder_.read("first"));
   EXPECT_LT(first["lamp_arm_deg"].get<double>(), 89.0);
@@ -225,7 +225,7 @@ until grep -q "G is lit" log; do :; done
 kill -KILL $!
 )" + kAfterTheKill);
   const Ended ended = in_the_machine("kill.sh");
-  EXPECT_THAT(ended.error, HasSubstr("axes stopped, shutter closed"));
+  EXPECT_THAT(ended.error, HasSubstr("the shutter is closed"));
   EXPECT_LT(std::stod(folder_.read("took_ms")), kWatchdogDeadline_ms);
   EXPECT_EQ(std::stoi(folder_.read("coil")), 0);
 }

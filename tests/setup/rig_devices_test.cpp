@@ -83,7 +83,7 @@ TEST(RigDevices, RefuseWhatIsMissing) {
 }
 
 TEST(RigDevices, RefuseValuesOutOfRange) {
-  expect_refused("unit = 2", "unit = 248", "0 to 247");
+  expect_refused("unit = 2", "unit = 248", "1 to 247");
   expect_refused("baud = 115200", "baud = 10", "300 to");
   expect_refused("tcp_port = 1502", "tcp_port = 70000", "1 to 65535");
   expect_refused("steady_ms = 0", "steady_ms = 0\nfirst_level_register = 65534", "at most 65535");

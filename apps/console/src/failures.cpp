@@ -15,7 +15,10 @@ ExitCode code_of(const std::exception& error) {
   if (dynamic_cast<const ConfigError*>(&error) != nullptr) return kBadInput;
   // Of std::filesystem's own calls: a name too long, a folder that may not be entered.
   if (dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr) return kBadInput;
-  if (dynamic_cast<const devices::DeviceError*>(&error) != nullptr) return kDeviceFailure;
+  if (const auto* device = dynamic_cast<const devices::DeviceError*>(&error)) {
+    // Refused before anything moved or was exposed: another request is what helps.
+    return device->code() == devices::DeviceErrc::LimitViolation ? kBadInput : kDeviceFailure;
+  }
   return kFailure;
 }
 

@@ -23,8 +23,8 @@ namespace {
 
 constexpr std::array<int, 2> kPassedOn{SIGTERM, SIGHUP};
 constexpr int kNotFound = 127;
-// A watchdog has a second for its work; more than this and something hangs.
-constexpr std::chrono::seconds kPatience{15};
+// A watchdog may try for half a minute; more than this and something hangs.
+constexpr std::chrono::seconds kPatience{40};
 constexpr std::chrono::milliseconds kPoll{20};
 
 std::atomic<pid_t> g_child = -1;  // a signal handler can reach nothing but globals

@@ -20,6 +20,7 @@
 #include "gonio/console/console.h"
 #include "gonio/console/failures.h"
 #include "gonio/console/stop_signals.h"
+#include "gonio/console/suggest.h"
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/text_file.h"
 #include "gonio/private_network/private_network.h"
@@ -50,7 +51,9 @@ std::shared_ptr<const brdf::BrdfModel> material_of(const Options& options,
   return std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(kPlateAlbedo));
 }
 
-std::vector<emulator_faults::FaultRule> rules_of(const Options& options) {
+std::vector<emulator_faults::FaultRule> rules_of(const Options& options, const cli::RigFile& rig) {
+  std::vector<std::string> devices{"lamp", "monitor", "camera"};
+  for (const rig::Axis& axis : rig.rig.axes) devices.push_back(axis.name);
   std::vector<emulator_faults::FaultRule> rules;
   for (const std::string& text : options.faults) {
     try {
@@ -58,6 +61,12 @@ std::vector<emulator_faults::FaultRule> rules_of(const Options& options) {
     } catch (const std::invalid_argument& error) {
       throw cli::UsageError(error.what());
     }
+    const std::string& device = rules.back().device;
+    if (device.empty() || std::find(devices.begin(), devices.end(), device) != devices.end()) {
+      continue;
+    }
+    throw cli::UsageError(fmt::format("fault \"{}\": found no device \"{}\"{}", text, device,
+                                      cli::did_you_mean(device, devices)));
   }
   return rules;
 }
@@ -106,7 +115,7 @@ int emulate(const cli::Console& console, const Options& options) {
   world.time_scale = options.time_scale;
   world.runs_by_itself = true;
   world.noise_seed = options.noise_seed;
-  const std::vector<emulator_faults::FaultRule> rules = rules_of(options);
+  const std::vector<emulator_faults::FaultRule> rules = rules_of(options, rig);
   if (options.command.empty()) {
     const cli::StopSignals signals;
     const EmulatedRig emulated(rig, world, rules, options.seed);

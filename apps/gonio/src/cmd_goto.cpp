@@ -16,6 +16,14 @@ struct GotoOptions : HandsOnOptions {
 
 /// The pose of a direction that is reached soonest.
 rig::Joints pose_of(const HandsOn& rig, const rig::Joints& from, const std::vector<double>& deg) {
+  for (std::size_t i = 0; i < deg.size(); ++i) {
+    constexpr double kLargest_deg[] = {90.0, 90.0, 360.0};
+    constexpr const char* kName[] = {"theta_h", "theta_d", "phi_d"};
+    const double smallest_deg = i == 2 ? -kLargest_deg[i] : 0.0;
+    if (deg[i] >= smallest_deg && deg[i] <= kLargest_deg[i]) continue;
+    throw UsageError(fmt::format("--direction: {}: found {:g}, expected {:g} to {:g} deg", kName[i],
+                                 deg[i], smallest_deg, kLargest_deg[i]));
+  }
   const brdf::HalfDiff direction{Angle::from_degrees(deg[0]), Angle::from_degrees(deg[1]),
                                  Angle::from_degrees(deg[2]), Angle()};
   const rig::Reach reach = rig::Inverse(rig.instrument().rig, rig.file().branches).solve(direction);
@@ -55,8 +63,11 @@ int go(Context& context, const GotoOptions& options) {
                                  options.direction_deg.size()));
   }
   HandsOn rig(context, options, Parts::axes_and_lamp);
+  // What can be refused is refused before anything is homed.
   rig::Joints checked = rig.instrument().rig.home();
   for (const std::string& word : options.targets) set_target(rig, checked, word);
+  if (!options.direction_deg.empty()) checked = pose_of(rig, checked, options.direction_deg);
+  rig.require_allowed(checked);
   rig.make_ready();
   rig::Joints target = rig.guarded().joints();
   for (const std::string& word : options.targets) set_target(rig, target, word);

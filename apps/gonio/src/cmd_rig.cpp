@@ -50,6 +50,7 @@ int check(Context& context, const CheckOptions& options) {
   for (const brdf::HalfDiff& direction : published.directions) {
     if (!inverse.solve(direction).poses.empty()) ++published_reached;
   }
+  if (file.driver == RigFile::Driver::hardware) check_hardware_options(file);
   // Nothing moves: opening a device asks who it is and closes the shutter.
   std::vector<DeviceIdentity> devices;
   if (options.connect) devices = open_rig(file, Parts::all)->identities();

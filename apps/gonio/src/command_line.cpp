@@ -11,6 +11,7 @@
 #include "gonio/console/printable.h"
 #include "gonio/console/stop_signals.h"
 #include "gonio/console/suggest.h"
+#include "gonio/devices/device_error.h"
 #include "gonio/parallel/parallel.h"
 #include "gonio/version/version.h"
 
@@ -228,6 +229,15 @@ int run_command_line(int argc, char** argv) {
     const StopSignals signals;
     context.stop = signals.token();
     return context.action();
+  } catch (const devices::DeviceError& error) {
+    const Failure failure = describe(error);
+    // What a stop request stopped says so; it is no failure of a device.
+    if (context.stop.stop_requested() && error.code() == devices::DeviceErrc::Stopped) {
+      context.console.error("interrupted");
+      return kFailure;
+    }
+    context.console.error(failure.message, failure.hint);
+    return failure.code;
   } catch (const std::exception& error) {
     const Failure failure = describe(error);
     context.console.error(failure.message, failure.hint);

@@ -48,7 +48,7 @@ void HandsOn::make_ready() {
   }
 }
 
-void HandsOn::move_to(const rig::Joints& target) {
+void HandsOn::require_allowed(const rig::Joints& target) const {
   const rig::RigDescription& rig = known_.constants.rig;
   for (std::size_t i = 0; i < target.size(); ++i) {
     const rig::Axis& axis = rig.axes[i];
@@ -59,7 +59,11 @@ void HandsOn::move_to(const rig::Joints& target) {
   if (const auto box = rig::keep_out_at(rig, target, rig::kPlanningMargin)) {
     throw UsageError(fmt::format("that pose lies in the keep-out \"{}\"", *box));
   }
-  const rig::TravelModel travel(rig);
+}
+
+void HandsOn::move_to(const rig::Joints& target) {
+  require_allowed(target);
+  const rig::TravelModel travel(known_.constants.rig);
   if (const auto route = travel.route(guarded_->joints(), target)) {
     context_.console.detail(fmt::format("about {}", duration_text(route->seconds)));
   }

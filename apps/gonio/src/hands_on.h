@@ -36,6 +36,8 @@ class HandsOn {
 
   /// Homes, or takes over axes that know where they are; where they do not, says how to get there.
   void make_ready();
+  /// Throws UsageError for a target that limits or keep-outs forbid.
+  void require_allowed(const rig::Joints& target) const;
   /// Goes there; says so when it takes a while. Throws UsageError for a target that limits or
   /// keep-outs forbid, before anything moves.
   void move_to(const rig::Joints& target);

@@ -194,7 +194,24 @@ class HardwareRig final : public OpenedRig {
 
 }  // namespace
 
+void check_hardware_options(const RigFile& rig) {
+  for (std::size_t i = 0; i < rig.rig.axes.size(); ++i) {
+    const AxisDevice& device = rig.devices.axes[i];
+    from_rig_file(rig, fmt::format("axis.{}.device", rig.rig.axes[i].name), [&] {
+      axis_setup(rig.rig.axes[i]).validate();
+      if (device.driver == AxisDevice::Driver::apt) {
+        apt_model(device.model).validate();
+      } else {
+        drive_profile(device.profile, rig.path.parent_path()).validate();
+      }
+    });
+  }
+  from_rig_file(rig, kLampName, [&] { lamp_profile(rig.devices.lamp).validate(); });
+  from_rig_file(rig, "camera_device", [&] { camera_options(rig).validate(); });
+}
+
 std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts) {
+  check_hardware_options(rig);
   return std::make_unique<HardwareRig>(rig, parts);
 }
 

@@ -19,8 +19,8 @@ namespace gonio::cli {
 namespace {
 
 // A port may be held for a moment by what is left of its owner, and one device may be silent.
-constexpr std::chrono::seconds kPatience{5};
-constexpr std::chrono::milliseconds kBetweenRounds{20};
+constexpr std::chrono::seconds kPatience{30};
+constexpr std::chrono::milliseconds kBetweenRounds{50};
 
 struct Step {
   std::string device;

@@ -151,7 +151,7 @@ int run_watchdog() {
 
     const std::vector<std::string> failures = rig.stop();
     say(fmt::format("the program that drove {} has died: {}", rig.rig_name(),
-                    failures.empty() ? "axes stopped, shutter closed"
+                    failures.empty() ? "all axes were sent their stop, the shutter is closed"
                                      : "not everything could be stopped; switch the rig off"));
     for (const std::string& failure : failures) say(failure);
     return failures.empty() ? kSuccess : kDeviceFailure;

@@ -13,7 +13,7 @@
 namespace gonio::cli {
 namespace {
 
-constexpr Range kUnit{0.0, 247.0};        // Modbus over Serial Line 1.02, section 2.2
+constexpr Range kUnit{1.0, 247.0};        // Modbus over Serial Line 1.02, section 2.2; 0 is for all
 constexpr Range kRegister{0.0, 65535.0};  // of 16 bit
 constexpr Range kUsbId{0.0, 65535.0};
 constexpr Range kResponse{1.0, 1e4};

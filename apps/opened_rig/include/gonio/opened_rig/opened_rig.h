@@ -48,6 +48,10 @@ class OpenedRig {
 /// A world in this process.
 std::unique_ptr<OpenedRig> open_simulated_rig(const sim::SimOptions& world);
 
+/// Reads drive profiles and checks what the drivers will be told; opens nothing. Throws UsageError,
+/// ConfigError. open_hardware_rig() does it first.
+void check_hardware_options(const RigFile& rig);
+
 /// The devices that a rig file with driver "hardware" names. Throws devices::DeviceError naming the
 /// one that does not answer, UsageError for one whose library this program was built without.
 std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts);
