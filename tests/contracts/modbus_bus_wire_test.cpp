@@ -157,6 +157,40 @@ TEST(ModbusBusOnTheWire, LateAnswerOfARepeatedReadIsThrownAwayWithTheRead) {
   EXPECT_THAT(done.get(), ElementsAre(3));
 }
 
+TEST(ModbusBusOnTheWire, AnswerBehindNoiseIsNotTakenForTheAnswerToTheNextRequest) {
+  const FarEnd end;
+  const auto bus = modbus_bus::open_rtu({end.port()}, {.response_timeout = 150ms, .retries = 2});
+  const auto answer = [](std::uint8_t value) {
+    return modbus_emulator::with_crc({0x01, 0x03, 0x02, 0x00, value});
+  };
+  auto done = std::async(std::launch::async, [&] {
+    return bus->ask({"drive", 1}, modbus_bus::read_holding_registers(0x1003));
+  });
+  end.receive(8);
+  end.send({0x01, 0x03, 0x02, 0x00, 0x01, 0x00, 0x00});  // of an answer's length
+  end.receive(8);
+  end.send(answer(1));  // to the first attempt
+  end.send(answer(2));
+  end.receive(8);
+  end.send(answer(3));
+  EXPECT_THAT(done.get(), ElementsAre(3));
+}
+
+TEST(ModbusBusOnTheWire, StopOfADeadUnitIsOneTransaction) {
+  constexpr auto kTimeout = 300ms;
+  ModbusRig rig(Family::leadshine, {"dead_link@lamp_arm:after_s=40"},
+                {.response_timeout = kTimeout, .retries = 2});
+  const auto stage = rig.stage(0);
+  stage->home(300s);
+  rig.world().clock().wait_until(40s);
+  const auto begun = Host::now();
+  stage->stop();
+  EXPECT_LT(Host::now() - begun, kTimeout + 150ms);  // the rest is for the line and a busy host
+  EXPECT_EQ(rig.faults().struck(emulator_faults::Fault::dead_link), 1U);
+  EXPECT_THAT([&] { stage->require_standing(); }, ThrowsDeviceError(DeviceErrc::Timeout));
+  EXPECT_EQ(rig.faults().struck(emulator_faults::Fault::dead_link), 4U);  // the second round
+}
+
 TEST(ModbusBusOnTheWire, RequestThatMustNotBeRepeatedIsSentOnce) {
   ModbusRig rig(Family::leadshine, {"dead_link@lamp_arm"}, {.response_timeout = 50ms});
   EXPECT_THAT(
@@ -302,6 +336,20 @@ TEST(ModbusBusOnTheWire, ConnectionClosedWhileNothingIsAskedIsOpenedAnew) {
       modbus_emulator::ModbusTcpServer::Options{.port = port}, nullptr, rig.world().clock());
   server->add(1, modbus_emulator::lamp("lamp", rig.world().light_source()));
   EXPECT_THAT(bus->ask({"lamp", 1}, modbus_bus::read_input_registers(0)), ElementsAre(312));
+}
+
+TEST(ModbusBusOnTheWire, HostMayHaveANameAndSeveralAddresses) {
+  ModbusRig rig(Family::leadshine);
+  modbus_emulator::ModbusTcpServer server({}, nullptr, rig.world().clock());  // at 127.0.0.1 only
+  server.add(1, modbus_emulator::lamp("lamp", rig.world().light_source()));
+  const auto bus = modbus_bus::open_tcp({"localhost", server.port()});
+  EXPECT_THAT(bus->ask({"lamp", 1}, modbus_bus::read_input_registers(0)), ElementsAre(312));
+  EXPECT_THAT(
+      [] {
+        modbus_bus::open_tcp({"no host", 502});
+      },
+      testing::Throws<devices::DeviceError>(testing::Property(
+          &devices::DeviceError::what, testing::HasSubstr("cannot find the host"))));
 }
 
 TEST(ModbusBusOnTheWire, PortsAndAddressesThatDoNotOpenAreDisconnected) {

@@ -49,6 +49,8 @@ class ModbusFaults : public testing::TestWithParam<Family> {
     return stage_->limits().min + share * (stage_->limits().max - stage_->limits().min);
   }
 
+  Angle joint_angle() { return rig_->world().joint(0).encoder(rig_->world().clock().now()); }
+
   Angle go_to(Angle target) {
     stage_->begin_move_to(target);
     return stage_->wait_until_settled(kPatience);
@@ -78,6 +80,33 @@ class ModbusFaults : public testing::TestWithParam<Family> {
       EXPECT_NEAR(go_to(at_share(share)).degrees(), at_share(share).degrees(), kResolutionDeg);
     }
     EXPECT_GE(rig_->faults().struck(kind), 1U);
+  }
+
+  void expect_no_absolute_move_after_a_power_cycle(bool noticed) {
+    begin("power_cycle:after_s=100,count=1");  // the later after_s counts
+    if (noticed) rig_->faults().add(rules({"dead_link@lamp_arm:after_s=100,for_s=90"})[0]);
+    go_to(at_share(0.9));
+    rig_->world().clock().wait_until(100s);
+    if (noticed) {
+      expect_failure(DeviceErrc::Timeout, kBusDeadline,
+                     [&] { stage_->wait_until_settled(kPatience); });
+    }
+    rig_->world().clock().wait_until(191s);
+    if (GetParam() == Family::az) {
+      EXPECT_NEAR(go_to(at_share(0.5)).degrees(), at_share(0.5).degrees(), kResolutionDeg);
+      EXPECT_NEAR(joint_angle().degrees(), at_share(0.5).degrees(), kResolutionDeg);
+      return;
+    }
+    const Angle before = joint_angle();
+    for (int i = 0; i < 2; ++i) {
+      EXPECT_THAT([&] { stage_->begin_move_to(at_share(0.5)); },
+                  ThrowsDeviceError(DeviceErrc::NotHomed));
+    }
+    EXPECT_EQ(rig_->faults().struck(Fault::power_cycle), 1U);
+    EXPECT_EQ(joint_angle(), before);
+    EXPECT_LE(rig_->world().joint(0).settled_at(), rig_->world().clock().now());
+    stage_->home(kPatience);
+    EXPECT_NEAR(go_to(at_share(0.5)).degrees(), at_share(0.5).degrees(), kResolutionDeg);
   }
 
   std::optional<ModbusRig> rig_;
@@ -184,6 +213,15 @@ TEST_P(ModbusFaults, StopOfAnotherProcessIsTakenBackByHoming) {
   stage_ = rig_->stage(0);  // as a new process finds the drive after its watchdog
   stage_->home(kPatience);
   EXPECT_NEAR(go_to(at_share(0.5)).degrees(), at_share(0.5).degrees(), kResolutionDeg);
+}
+
+// What a drive counts from after a power cycle is where it stood: every target would be elsewhere.
+TEST_P(ModbusFaults, CycledDriveStartsNoAbsoluteMoveUnlessItsEncoderIsAbsolute) {
+  expect_no_absolute_move_after_a_power_cycle(false);
+}
+
+TEST_P(ModbusFaults, CycledDriveThatWasSilentMeanwhileStartsNoneEither) {
+  expect_no_absolute_move_after_a_power_cycle(true);
 }
 
 TEST(ModbusStageTakeOver, DriveThatSaysItIsHomedNeedsNoHoming) {

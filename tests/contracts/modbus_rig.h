@@ -100,7 +100,8 @@ class ModbusRig {
 
   modbus_stage::StageOptions stage_options() const {
     modbus_stage::StageOptions options;
-    options.confirmed = {family_ == Family::leadshine ? "home" : "present_alarm"};
+    options.confirmed = family_ == Family::leadshine ? std::vector<std::string>{"home", "stop"}
+                                                     : std::vector<std::string>{"present_alarm"};
     options.poll_interval = 2ms;
     options.arrival_patience = 200ms;
     return options;

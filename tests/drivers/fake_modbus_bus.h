@@ -18,6 +18,7 @@ class FakeBus final : public ModbusBus {
     Request request;
     bool urgent;
     bool repeatable;
+    Attempts attempts;
   };
 
   std::map<std::uint16_t, std::uint16_t> registers;
@@ -53,7 +54,7 @@ class FakeBus final : public ModbusBus {
     for (std::size_t i = 0; i < request.words.size(); ++i) {
       table[static_cast<std::uint16_t>(request.address + i)] = request.words[i];
     }
-    writes.push_back({request, manner.urgent, manner.repeatable});
+    writes.push_back({request, manner.urgent, manner.repeatable, manner.attempts});
     if (on_write) on_write(request);
     return {};
   }

@@ -108,7 +108,7 @@ TEST_F(ModbusStageTest, SendsTargetHighWordFirstWithItsPace) {
   ASSERT_EQ(bus_->writes.size(), 1U);
   EXPECT_EQ(bus_->writes[0].request.address, kMove);
   EXPECT_THAT(bus_->writes[0].request.words, ElementsAre(0xFFFF, 0xFC18, 2000, 3000, 3000, 0x10));
-  EXPECT_TRUE(bus_->writes[0].repeatable);
+  EXPECT_FALSE(bus_->writes[0].repeatable);  // by the bus; the stage asks the drive in between
   EXPECT_NEAR(stage->wait_until_settled(kPatience).degrees(), 0.0, 1e-9);
 }
 
@@ -276,7 +276,92 @@ TEST_F(ModbusStageTest, LostLinkUnhomesAndTheDriveIsIdentifiedAgain) {
   expect_error(DeviceErrc::Protocol, "resolution: found 1600", [&] { stage->home(kPatience); });
 }
 
-TEST_F(ModbusStageTest, SilentDriveIsTrustedOnlyIfItWouldKnowOfAPowerCut) {
+TEST_F(ModbusStageTest, DriveThatWasSwitchedOffAndOnStartsNoMove) {
+  const auto stage = homed();
+  status(kEnabled | kDone);  // unasked: nobody has noticed
+  position(0);
+  expect_error(DeviceErrc::NotHomed, "lost its reference", [&] { stage->begin_move_to(20.0_deg); });
+  status(kEnabled | kDone | kHomed | kFault);
+  expect_error(DeviceErrc::NotHomed, "home", [&] { stage->begin_move_to(20.0_deg); });
+  EXPECT_TRUE(bus_->writes.empty());
+}
+
+TEST_F(ModbusStageTest, MoveWithoutAnAnswerIsSentAgainIfTheDriveKnowsWhereItIs) {
+  const auto stage = homed();
+  int lost = 0;
+  bus_->fails = DeviceErrc::Timeout;
+  bus_->fails_only = [&](const Request& request) {
+    return request.address == kMove && lost++ == 0;
+  };
+  stage->begin_move_to(20.0_deg);
+  EXPECT_EQ(bus_->writes.size(), 1U);
+  EXPECT_NEAR(stage->wait_until_settled(kPatience).degrees(), 20.0, 1e-9);
+  bus_->fails_only = [&](const Request& request) {
+    if (request.address == kMove) status(kEnabled);  // its power went meanwhile
+    return request.address == kMove;
+  };
+  expect_error(DeviceErrc::NotHomed, "lost its reference", [&] { stage->begin_move_to(0.0_deg); });
+  EXPECT_EQ(bus_->writes.size(), 1U);
+}
+
+TEST_F(ModbusStageTest, BitsOfTheMoveBeforeAreNoArrivalOfAShortOne) {
+  DriveProfile profile = some_drive();
+  profile.start_time = 100ms;
+  const auto stage = homed(profile);
+  bus_->on_write = nullptr;         // it has not started yet
+  stage->begin_move_to(10.01_deg);  // one step from where it stands
+  const auto begun = std::chrono::steady_clock::now();
+  stage->wait_until_settled(kPatience);  // 100 s of the session, 1 s of the host's
+  EXPECT_GE(std::chrono::steady_clock::now() - begun, 100ms);
+  stage->begin_move_to(10.0_deg);
+  status(kEnabled | kHomed | kMoving);
+  int reads = 0;
+  bus_->on_read = [&](const Request& request) {  // seen moving once, then there
+    if (request.address == kStatus && reads++ == 1) status(kEnabled | kHomed | kDone);
+  };
+  const auto second = std::chrono::steady_clock::now();
+  stage->wait_until_settled(kPatience);
+  EXPECT_LT(std::chrono::steady_clock::now() - second, 100ms);
+}
+
+TEST_F(ModbusStageTest, StopThatAnotherProcessLeftSetIsReleasedOnTakeOver) {
+  status(kEnabled | kDone | kHomed);
+  bus_->registers[kCommand] = 4;
+  const auto taken_over = make();
+  taken_over->rearm();
+  EXPECT_EQ(bus_->registers[kCommand], 0);
+  status(kEnabled | kDone | kHomed);
+  bus_->registers[kCommand] = 4;
+  const auto moved_at_once = make();
+  moved_at_once->begin_move_to(20.0_deg);
+  EXPECT_EQ(bus_->registers[kCommand], 0);
+}
+
+TEST_F(ModbusStageTest, StopIsOneAttemptAndTheSecondRoundTakesSeveral) {
+  const auto stage = homed();
+  bus_->fails = DeviceErrc::Timeout;
+  stage->stop();
+  expect_error(DeviceErrc::Timeout, "", [&] { stage->require_standing(); });
+  bus_->fails.reset();
+  stage->require_standing();
+  stage->require_standing();  // it got through: not sent again
+  ASSERT_EQ(bus_->writes.size(), 1U);
+  EXPECT_EQ(bus_->writes[0].attempts, modbus_bus::Attempts::several);
+  expect_error(DeviceErrc::Stopped, "", [&] { stage->begin_move_to(0.0_deg); });
+  stage->stop();
+  EXPECT_EQ(bus_->writes.back().attempts, modbus_bus::Attempts::one);
+}
+
+TEST_F(ModbusStageTest, RequireStandingStopsAndSaysIfTheAxisMovesOn) {
+  const auto stage = homed();
+  stage->begin_move_to(20.0_deg);
+  status(kEnabled | kHomed | kMoving);
+  expect_error(DeviceErrc::Fault, "moves on after a stop", [&] { stage->require_standing(); });
+  EXPECT_EQ(bus_->writes.back().request, modbus_bus::write_register(kCommand, 4));
+  EXPECT_TRUE(bus_->writes.back().urgent);
+}
+
+TEST_F(ModbusStageTest, SilentDriveIsAskedOrIsNotHomed) {
   const auto silence = [this](ModbusStage& stage) {
     bus_->fails = DeviceErrc::Timeout;
     expect_error(DeviceErrc::Timeout, "", [&] { stage.wait_until_settled(kPatience); });
@@ -285,11 +370,21 @@ TEST_F(ModbusStageTest, SilentDriveIsTrustedOnlyIfItWouldKnowOfAPowerCut) {
   const auto tells = homed();
   silence(*tells);
   EXPECT_NO_THROW(tells->begin_move_to(0.0_deg));
+  tells->wait_until_settled(kPatience);
+  silence(*tells);
+  status(kEnabled | kDone);  // it was switched off
+  bus_->writes.clear();
+  expect_error(DeviceErrc::NotHomed, "lost its reference", [&] { tells->begin_move_to(5.0_deg); });
   DriveProfile profile = some_drive();
   profile.homed = {};
   const auto does_not_tell = homed(profile);
   silence(*does_not_tell);
   expect_error(DeviceErrc::NotHomed, "", [&] { does_not_tell->begin_move_to(0.0_deg); });
+  EXPECT_TRUE(bus_->writes.empty());
+  profile.absolute_encoder = true;
+  const auto does_not_forget = homed(profile);
+  silence(*does_not_forget);
+  EXPECT_NO_THROW(does_not_forget->begin_move_to(0.0_deg));
 }
 
 TEST_F(ModbusStageTest, UnconfirmedRegisterThatMovesIsRefusedUntilConfirmed) {

@@ -85,7 +85,7 @@ class OnTheWire : public testing::Test {
   void use_drives_that_know_their_home() {
     std::string rig = small_wire_rig();
     const std::string az = "profile = \"oriental-az\"";
-    rig.replace(rig.find(az), az.size(), "profile = \"leadshine-em2rs\"\nconfirmed = [\"home\"]");
+    rig.replace(rig.find(az), az.size(), "profile = \"leadshine-em2rs\"\nconfirmed = [\"home\", \"stop\"]");
     folder_.write("rig.toml", rig);
   }
 

@@ -52,6 +52,8 @@ TEST(DriveProfileFile, SaysWhatTheManualSays) {
   EXPECT_TRUE(leadshine.find("feedback_position")->is_signed);
   EXPECT_EQ(leadshine.homed.bit, 6);
   EXPECT_FALSE(leadshine.find("home")->confirmed);
+  EXPECT_FALSE(leadshine.find("stop")->confirmed);
+  EXPECT_EQ(leadshine.stop.at(0).register_name, "stop");
   EXPECT_FALSE(leadshine.home.at(0).repeatable);
   EXPECT_EQ(leadshine.speed_unit, DriveProfile::SpeedUnit::rpm);
   EXPECT_EQ(leadshine.expected.at(0).value, 10000);

@@ -5,18 +5,23 @@
 
 #include <fmt/format.h>
 #include <modbus/modbus.h>
+#include <netdb.h>
 #include <poll.h>
 #include <sys/file.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "gonio/modbus_bus/open_bus.h"
 #include "line_turn.h"
@@ -62,6 +67,32 @@ bool link_is_gone(int error) {
          error == ENODEV || error == ENXIO || error == ENOTCONN || error == ECONNABORTED;
 }
 
+/// The numeric addresses of a host. Throws DeviceError.
+std::vector<std::string> addresses_of(const TcpEndpoint& tcp, const std::string& line) {
+  const auto refuse = [&](int error) {
+    throw DeviceError(DeviceErrc::Disconnected, line,
+                      fmt::format("cannot find the host \"{}\" ({}); is the name right? An address "
+                                  "in the rig file needs no name server",
+                                  tcp.host, ::gai_strerror(error)));
+  };
+  addrinfo wanted{};
+  wanted.ai_socktype = SOCK_STREAM;
+  addrinfo* found = nullptr;
+  if (const int error = ::getaddrinfo(tcp.host.c_str(), nullptr, &wanted, &found); error != 0) {
+    refuse(error);
+  }
+  const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
+  std::vector<std::string> addresses;
+  for (const addrinfo* each = found; each != nullptr; each = each->ai_next) {
+    std::array<char, NI_MAXHOST> text{};
+    const int error = ::getnameinfo(each->ai_addr, each->ai_addrlen, text.data(), text.size(),
+                                    nullptr, 0, NI_NUMERICHOST);
+    if (error != 0) refuse(error);
+    addresses.emplace_back(text.data());
+  }
+  return addresses;
+}
+
 class LibmodbusBus final : public ModbusBus {
  public:
   LibmodbusBus(const RtuLine& rtu, const BusOptions& options)
@@ -73,7 +104,15 @@ class LibmodbusBus final : public ModbusBus {
   LibmodbusBus(const TcpEndpoint& tcp, const BusOptions& options)
       : name_(fmt::format("{}:{}", tcp.host, tcp.port)), tcp_(tcp), options_(options) {
     options.validate();
-    open(name_);
+    const std::vector<std::string> addresses = addresses_of(tcp, name_);
+    for (std::size_t i = 0; !context_; ++i) {
+      tcp_->host = addresses[i];
+      try {
+        open(name_);
+      } catch (const DeviceError&) {
+        if (i + 1 == addresses.size()) throw;
+      }
+    }
   }
 
   const std::string& line() const override { return name_; }
@@ -99,7 +138,8 @@ class LibmodbusBus final : public ModbusBus {
       }
       if (!failure) return words;
       const bool harmless = manner.repeatable || failure->done_nothing;
-      if (!failure->again || !harmless || attempt++ >= options_.retries) {
+      const bool last = manner.attempts == Attempts::one;
+      if (!failure->again || !harmless || last || attempt++ >= options_.retries) {
         throw DeviceError(failure->code, station.device,
                           fmt::format("{} (unit {} on {})", failure->what, station.unit, name_));
       }
@@ -196,7 +236,12 @@ class LibmodbusBus final : public ModbusBus {
 
   Failure without_answer(int error, const std::string& foreign) {
     if (link_is_gone(error)) return lost("the link is gone");
-    if (error == EMBBADCRC) return {DeviceErrc::Protocol, "wrong checksum", true, false};
+    if (error == EMBBADCRC) {
+      // It may have been noise, and the answer come behind it: in time, and after the flush.
+      expect_late_answer(1);
+      wary_ = true;
+      return {DeviceErrc::Protocol, "wrong checksum", true, false};
+    }
     expect_late_answer();
     if (error != ETIMEDOUT) {
       return {DeviceErrc::Protocol, std::string("broken answer: ") + modbus_strerror(error), true,
@@ -211,13 +256,14 @@ class LibmodbusBus final : public ModbusBus {
 
   /// RTU has nothing by which to tell a late answer from the one to the next request, so a line
   /// with an answer outstanding is listened to. A TCP connection takes its late answers with it.
-  void expect_late_answer() {
+  void expect_late_answer(int response_timeouts = kLateWindow) {
     if (tcp_) {
       context_.reset();
       return;
     }
     ++outstanding_;
-    listen_until_ = Wall::now() + kLateWindow * options_.response_timeout;
+    listen_until_ =
+        std::max(listen_until_, Wall::now() + response_timeouts * options_.response_timeout);
   }
 
   /// Listens until all that is outstanding has come or will not come any more. False when somebody
@@ -326,7 +372,7 @@ class LibmodbusBus final : public ModbusBus {
   // RTU:
   int outstanding_ = 0;  ///< answers that did not come in time and may still
   Wall::time_point listen_until_{};
-  bool wary_ = false;  ///< one of them never came
+  bool wary_ = false;  ///< one of them never came, or may come behind the next
 };
 
 }  // namespace

@@ -124,13 +124,16 @@ void DriveLink::command(const Command& command, const MoveNumbers& numbers,
   }
 }
 
-bool DriveLink::stop() noexcept {
-  try {
-    stop_drive(*bus_, station_, profile_);
-    return true;
-  } catch (...) {  // whoever asks for the state next hears why
-    return false;
+void DriveLink::command_once(const Command& command, const MoveNumbers& numbers,
+                             const std::function<bool()>& given_up) {
+  for (const RegisterWrite& write : command) {
+    const Register& to = *profile_.find(write.register_name);
+    ask(write_request(to, write, numbers), {.repeatable = false, .given_up = given_up});
   }
+}
+
+void DriveLink::stop(modbus_bus::Attempts attempts) {
+  stop_drive(*bus_, station_, profile_, attempts);
 }
 
 std::vector<std::uint16_t> DriveLink::ask(const modbus_bus::Request& request,

@@ -46,8 +46,11 @@ class DriveLink {
   /// A motion is given up as soon as `given_up` says so.
   void command(const Command& command, const MoveNumbers& numbers = {},
                const std::function<bool()>& given_up = {});
-  /// Urgently; false when it did not get through.
-  bool stop() noexcept;
+  /// As command(), but nothing is sent twice, whatever became of the first.
+  void command_once(const Command& command, const MoveNumbers& numbers,
+                    const std::function<bool()>& given_up);
+  /// Urgently.
+  void stop(modbus_bus::Attempts attempts);
 
  private:
   void leave_out_unconfirmed(const std::vector<std::string>& confirmed);

@@ -25,6 +25,16 @@ using Host = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kSettleSlice{20};  // how late a stop is noticed, session's time
 constexpr double kBrakingMargin = 2.0;                 // a drive may brake by a setting of its own
 constexpr std::chrono::seconds kBrakingExtra{1};
+constexpr int kMoveAttempts = 3;
+
+bool answer_was_lost(DeviceErrc code) {
+  return code == DeviceErrc::Timeout || code == DeviceErrc::Protocol;
+}
+
+bool all_repeatable(const Command& command) {
+  return std::all_of(command.begin(), command.end(),
+                     [](const RegisterWrite& write) { return write.repeatable; });
+}
 
 /// Since when an axis has been standing, on the host's clock.
 class StandingTime {
@@ -118,7 +128,8 @@ void ModbusStage::home(std::chrono::milliseconds timeout) {
     settle(deadline);
     settled_ = true;
   } catch (const DeviceError&) {
-    send_stop();  // an axis that does not know where it is must not drive on
+    try_stop(
+        modbus_bus::Attempts::several);  // an axis that does not know where it is must not drive on
     throw;
   }
   gate_.set_homed(true);
@@ -128,7 +139,7 @@ void ModbusStage::make_ready_for_homing() {
   DriveState state = link_->state(false);
   require_sound(state);
   if (state.moving) {
-    if (!send_stop()) fail(DeviceErrc::Timeout, "cannot be stopped before homing");
+    send_stop(modbus_bus::Attempts::several);
     wait_until_standing();
   }
   release_stop(unless_stopped());
@@ -167,9 +178,34 @@ void ModbusStage::wait_for_home(Clock::Duration deadline) {
 
 void ModbusStage::begin_move_to(Angle target) {
   { const auto hold = gate_.hold_for_move(target); }
-  target_steps_ = steps_from_angle(target);
+  const std::int32_t steps = steps_from_angle(target);
+  for (int attempt = 1;; ++attempt) {
+    require_reference();
+    release_stop(unless_stopped());
+    note_move(steps);
+    try {
+      link_->command_once(profile_.move, numbers_to(steps), unless_stopped());
+      return note_move(steps);
+    } catch (const DeviceError& error) {
+      // The bus must not send it again by itself: without an answer the drive may have lost its
+      // reference meanwhile, and is asked before it is told again.
+      if (!answer_was_lost(error.code()) || !gate_.homed() || !all_repeatable(profile_.move) ||
+          attempt == kMoveAttempts) {
+        throw;
+      }
+    }
+  }
+}
+
+void ModbusStage::require_reference() {
+  require_sound(identified_ ? link_->state(false) : identify());
+}
+
+void ModbusStage::note_move(std::int32_t steps) {
+  target_steps_ = steps;
+  moved_at_ = Host::now();
+  started_ = false;
   settled_ = false;
-  link_->command(profile_.move, numbers_to(*target_steps_), unless_stopped());
 }
 
 Angle ModbusStage::wait_until_settled(std::chrono::milliseconds timeout) {
@@ -181,6 +217,8 @@ Angle ModbusStage::wait_until_settled(std::chrono::milliseconds timeout) {
     gate_.require_not_stopped();
     require_sound(state);
     if (state.moving) require_following();
+    // Until then it may be that of before, and the axis near its target because the way is short.
+    started_ = started_ || state.moving || Host::now() - moved_at_ > profile_.start_time;
     if (on_target(state)) {
       if (settled_) return angle_from_steps(state.steps);
       settle(deadline);
@@ -206,7 +244,7 @@ Angle ModbusStage::wait_until_settled(std::chrono::milliseconds timeout) {
 bool ModbusStage::on_target(const DriveState& state) const {
   if (state.moving) return false;
   if (!target_steps_) return true;
-  return state.arrived && std::abs(state.steps - *target_steps_) <= tolerance_steps_;
+  return started_ && state.arrived && std::abs(state.steps - *target_steps_) <= tolerance_steps_;
 }
 
 void ModbusStage::settle(Clock::Duration deadline) {
@@ -220,14 +258,29 @@ void ModbusStage::settle(Clock::Duration deadline) {
 
 void ModbusStage::stop() noexcept {
   { const auto hold = gate_.hold_for_stop(); }
-  stop_failed_ = !send_stop();
+  try_stop(modbus_bus::Attempts::one);
 }
 
-bool ModbusStage::send_stop() noexcept {
+void ModbusStage::send_stop(modbus_bus::Attempts attempts) {
   stop_set_ = true;
-  const bool sent = link_->stop();
+  stop_failed_ = true;
+  try {
+    link_->stop(attempts);
+    stop_failed_ = false;
+  } catch (const DeviceError&) {
+    stopped_at_ = clock_.now();
+    throw;
+  }
   stopped_at_ = clock_.now();
-  return sent;
+}
+
+bool ModbusStage::try_stop(modbus_bus::Attempts attempts) noexcept {
+  try {
+    send_stop(attempts);
+    return true;
+  } catch (...) {  // whoever asks for the state next hears why
+    return false;
+  }
 }
 
 std::function<bool()> ModbusStage::unless_stopped() const {
@@ -236,17 +289,23 @@ std::function<bool()> ModbusStage::unless_stopped() const {
 
 void ModbusStage::rearm() {
   const std::uint64_t stops = gate_.stops();
-  if (gate_.latched()) {
-    if (stop_failed_) stop_failed_ = !send_stop();
-    wait_until_standing();
+  const bool latched = gate_.latched();
+  if (latched) {
+    require_standing();
     target_steps_.reset();
     settled_ = false;
   }
   const DriveState state = link_->state(false);
   if (state.fault) require_sound(state);
-  if (!gate_.latched()) return;
+  // Also where nobody here has stopped it: another process may have.
   release_stop([&] { return gate_.stops() != stops; });
-  gate_.rearm(stops);
+  if (latched) gate_.rearm(stops);
+}
+
+void ModbusStage::require_standing() {
+  if (!gate_.latched()) stop();
+  if (stop_failed_) send_stop(modbus_bus::Attempts::several);
+  wait_until_standing();
 }
 
 void ModbusStage::wait_until_standing() {
@@ -292,7 +351,7 @@ void ModbusStage::require_sound(const DriveState& state) {
 void ModbusStage::require_following() {
   const double error = link_->following_error();
   if (std::abs(error) <= profile_.max_following_error) return;
-  send_stop();
+  try_stop(modbus_bus::Attempts::several);
   gate_.set_homed(false);
   fail(DeviceErrc::Fault, fmt::format("following error {:g}, allowed {:g}: is the axis blocked?",
                                       error, profile_.max_following_error));

@@ -13,7 +13,7 @@
 namespace gonio::emulator_faults {
 namespace {
 
-constexpr std::array<std::pair<Fault, std::string_view>, 16> kNames{{
+constexpr std::array<std::pair<Fault, std::string_view>, 17> kNames{{
     {Fault::dead_link, "dead_link"},
     {Fault::exception, "exception"},
     {Fault::crc_error, "crc_error"},
@@ -26,6 +26,7 @@ constexpr std::array<std::pair<Fault, std::string_view>, 16> kNames{{
     {Fault::limit_switch, "limit_switch"},
     {Fault::never_in_position, "never_in_position"},
     {Fault::stop_ignored, "stop_ignored"},
+    {Fault::power_cycle, "power_cycle"},
     {Fault::lost_packets, "lost_packets"},
     {Fault::wrong_exposure, "wrong_exposure"},
     {Fault::duplicate_frame_id, "duplicate_frame_id"},

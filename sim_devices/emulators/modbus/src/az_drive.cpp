@@ -46,7 +46,7 @@ constexpr std::int32_t kHardwareOvertravel = 0x66;
 class AzDrive final : public RegisterDevice {
  public:
   AzDrive(std::string name, const DriveMechanics& mechanics, Faults faults)
-      : core_(std::move(name), mechanics, std::move(faults)) {}
+      : core_(std::move(name), mechanics, std::move(faults), true) {}
 
   const std::string& name() const override { return core_.name(); }
   bool knows_function(std::uint8_t function) const override {

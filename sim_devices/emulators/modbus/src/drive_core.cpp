@@ -9,8 +9,12 @@ namespace gonio::modbus_emulator {
 
 using emulator_faults::Fault;
 
-DriveCore::DriveCore(std::string name, const DriveMechanics& mechanics, Faults faults)
-    : name_(std::move(name)), mechanics_(mechanics), faults_(std::move(faults)) {
+DriveCore::DriveCore(std::string name, const DriveMechanics& mechanics, Faults faults,
+                     bool absolute_encoder)
+    : name_(std::move(name)),
+      mechanics_(mechanics),
+      faults_(std::move(faults)),
+      absolute_encoder_(absolute_encoder) {
   if (mechanics_.reversed) mechanics_.steps_per_deg = -mechanics_.steps_per_deg;
   zero_ = mechanics_.joint->encoder(now());
 }
@@ -67,7 +71,19 @@ void DriveCore::reset_alarm() {
   trouble_ = Trouble::none;
 }
 
+void DriveCore::lose_power() {
+  mechanics_.joint->brake(now());
+  doing_ = Doing::nothing;
+  completed_ = false;
+  homed_ = false;
+  trouble_ = Trouble::none;
+  coming_ = Trouble::none;
+  if (!absolute_encoder_) zero_ = mechanics_.joint->encoder(now());
+  target_steps_ = 0;
+}
+
 void DriveCore::look() {
+  if (strikes(Fault::power_cycle)) lose_power();
   if (doing_ == Doing::nothing || now() < mechanics_.joint->arrived_at()) return;
   const Doing done = std::exchange(doing_, Doing::nothing);
   if (coming_ != Trouble::none) {

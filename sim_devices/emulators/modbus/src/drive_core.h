@@ -14,7 +14,9 @@ class DriveCore {
  public:
   enum class Trouble { none, alarm, limit_switch };
 
-  DriveCore(std::string name, const DriveMechanics& mechanics, Faults faults);
+  /// `absolute_encoder`: it knows its position after a power failure.
+  DriveCore(std::string name, const DriveMechanics& mechanics, Faults faults,
+            bool absolute_encoder = false);
 
   const std::string& name() const { return name_; }
 
@@ -35,6 +37,7 @@ class DriveCore {
   enum class Doing { nothing, moving, homing };
 
   void look();
+  void lose_power();
   bool strikes(emulator_faults::Fault fault);
   bool stopped_halfway_by_fault(Angle target, const sim::Joint::Pace& pace);
   devices::Clock::Duration now() const { return mechanics_.clock->now(); }
@@ -42,6 +45,7 @@ class DriveCore {
   std::string name_;
   DriveMechanics mechanics_;
   Faults faults_;
+  bool absolute_encoder_;
   Angle zero_;  ///< joint angle of position 0
   Doing doing_ = Doing::nothing;
   bool completed_ = false;

@@ -16,6 +16,11 @@ struct Station {
   int unit = 1;  ///< 1 to 247
 };
 
+enum class Attempts {
+  several,  ///< as many as the line allows
+  one       ///< so that whoever stops several units is not held up by one that is dead
+};
+
 /// How a request is handled beside the others on the line.
 struct Manner {
   /// Goes before all that wait, and between the attempts of others: a stop waits for one
@@ -24,6 +29,7 @@ struct Manner {
   /// Asked again when no answer or a broken one came. False where a repetition could start a second
   /// motion.
   bool repeatable = true;
+  Attempts attempts = Attempts::several;
   /// Asked when the turn has come, before anything is sent, at every attempt: true gives up with
   /// Stopped. So a motion that waited behind a stop does not start after it.
   std::function<bool()> given_up = {};

@@ -24,7 +24,7 @@ struct RtuLine {
 };
 
 struct TcpEndpoint {
-  std::string host;
+  std::string host;  ///< an address, or a name that is looked up once, when the line is opened
   std::uint16_t port = 502;
 };
 
@@ -44,7 +44,8 @@ struct BusOptions {
 /// Late     After an attempt without an answer the line is listened to for four times
 /// response_timeout or until the answer comes, and after the next answer once more: a second one
 /// shows that the first was the late one, and the request is asked again. Urgent requests wait for
-/// neither. A write is matched by its echo in any case.
+/// neither. A write is matched by its echo in any case. After a wrong checksum, which may have been
+/// noise before the answer, the line is listened to for one response_timeout in the same way.
 /// Time     A transaction takes response_timeout and its time on the line at most; with all its
 /// attempts and the listening, (1 + retries) times six times that.
 /// Lost     A port that hung up is opened again at the next request.
@@ -52,7 +53,9 @@ struct BusOptions {
 ///          open, or another program has it.
 std::shared_ptr<ModbusBus> open_rtu(const RtuLine& line, const BusOptions& options = {});
 
-/// Connects to a Modbus TCP device or gateway within response_timeout. Answers are matched by
+/// Connects to a Modbus TCP device or gateway within response_timeout, at the first of the host's
+/// addresses that takes it; later connections go there without asking for the name again, so that
+/// no request ever waits for a name server. Answers are matched by
 /// transaction id. A connection without an answer is closed and opened anew, and so is one that the
 /// other side has closed while nothing was asked.
 std::shared_ptr<ModbusBus> open_tcp(const TcpEndpoint& endpoint, const BusOptions& options = {});

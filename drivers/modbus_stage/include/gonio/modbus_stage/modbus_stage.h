@@ -50,10 +50,15 @@ struct MoveNumbers;
 /// Angle    home + steps / steps_per_deg, negated when reversed. What wait_until_settled() returns
 ///          is the drive's feedback, never its target.
 /// State    As RotationStage; a drive that says it is homed is taken over without homing. An alarm,
-/// a lost link and a drive that says it has lost its reference
-///          leave the axis not homed; home() then identifies the drive again.
+///          a lost link and a drive that says it has lost its reference leave the axis not homed;
+///          home() then identifies the drive again. So does silence, unless the drive can say that
+///          it is homed still or has an absolute encoder. Before every move the drive is asked: one
+///          that was switched off and on counts from elsewhere, and never starts an absolute move.
 /// Time     Timeouts and settling are on the session's clock; the bus has its own deadlines.
-/// Threads  As RotationStage. stop() waits for one transaction on the bus at most.
+/// Threads  As RotationStage. stop() is one attempt, and waits for one transaction of others at
+///          most: within one response_timeout each and the time on the line (over TCP a connection
+///          may have to be opened, within one more). Where it did not get through, rearm() and
+///          require_standing() send it again.
 /// Errors   As RotationStage. Fault also: an axis that stands short of its target or moves on after
 ///          a stop. Timeout also: a drive that stands and does not say that it has arrived.
 class ModbusStage final : public devices::RotationStage {
@@ -75,6 +80,11 @@ class ModbusStage final : public devices::RotationStage {
   void stop() noexcept override;
   void rearm() override;
 
+  /// Makes sure that the axis stands after stop(), which is sent if nobody has: again if it did not
+  /// get through, then waits while the axis may still brake. Throws Fault when it moves on; as the
+  /// bus when it cannot be told or asked. The latch stays.
+  void require_standing();
+
   /// Clears the drive's alarm once a person has looked; throws Fault when it stands on. The axis is
   /// not homed afterwards.
   void reset_alarm();
@@ -85,8 +95,10 @@ class ModbusStage final : public devices::RotationStage {
 
  private:
   DriveState identify();
+  void require_reference();
   void link_failed(devices::DeviceErrc code);
-  bool send_stop() noexcept;
+  void send_stop(modbus_bus::Attempts attempts);
+  bool try_stop(modbus_bus::Attempts attempts) noexcept;
   void release_stop(const std::function<bool()>& given_up);
   std::function<bool()> unless_stopped() const;
 
@@ -94,6 +106,7 @@ class ModbusStage final : public devices::RotationStage {
   void require_following();
   std::string standing_text(const DriveState& state) const;
 
+  void note_move(std::int32_t steps);
   bool on_target(const DriveState& state) const;
   void make_ready_for_homing();
   void wait_for_home(devices::Clock::Duration deadline);
@@ -117,8 +130,10 @@ class ModbusStage final : public devices::RotationStage {
   std::int64_t acceleration_ = 0;
   std::int64_t tolerance_steps_ = 0;
   bool identified_ = false;
-  std::optional<std::int32_t> target_steps_;  ///< of the move begun last
-  bool settled_ = false;                      ///< since then
+  std::optional<std::int32_t> target_steps_;          ///< of the move begun last
+  std::chrono::steady_clock::time_point moved_at_{};  ///< when it was sent, on the host's clock
+  bool started_ = false;                              ///< the drive's status is of this move
+  bool settled_ = false;                              ///< since then
   /// A stop may have to be released. So it is at first: another process, a watchdog for one, may
   /// have sent it.
   std::atomic<bool> stop_set_ = true;

@@ -25,6 +25,7 @@ enum class Fault {
   limit_switch,        ///< a drive: runs into its limit switch, brakes
   never_in_position,   ///< a drive: never says that it has arrived
   stop_ignored,        ///< a drive: a stop command changes nothing
+  power_cycle,         ///< a drive: was without power for a moment: stands, not homed, no alarm
   lost_packets,        ///< a camera: packets of a frame are missing
   wrong_exposure,      ///< a camera: applies another exposure than it was set to
   duplicate_frame_id,  ///< a camera: a frame carries the id of the one before
