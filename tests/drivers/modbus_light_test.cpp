@@ -113,6 +113,60 @@ TEST_F(ModbusLightTest, ShutterThatStaysClosedIsAFault) {
   EXPECT_EQ(code_of([&] { light->light("R"); }), DeviceErrc::Fault);
 }
 
+TEST_F(ModbusLightTest, FailedLightingLeavesTheShutterClosed) {
+  const auto light = make();
+  bool opened = false;
+  bus_->on_write = [&](const Request& request) {  // its state cannot be read once it is open
+    if (request.address != 7) return;
+    opened = opened || request.words[0] == 1;
+    if (request.words[0] == 1) {
+      bus_->fails = DeviceErrc::Timeout;
+    } else {
+      bus_->fails.reset();
+    }
+  };
+  bus_->fails_only = [](const Request& request) { return request.reads(); };
+  EXPECT_EQ(code_of([&] { light->light("R"); }), DeviceErrc::Timeout);
+  EXPECT_TRUE(opened);
+  EXPECT_EQ(bus_->coils[7], 0);
+  EXPECT_TRUE(bus_->writes.back().urgent);
+  bus_->on_write = nullptr;
+  light->light("R");  // and the next channel of a lit lamp, too
+  bus_->fails = DeviceErrc::Fault;
+  bus_->fails_only = [](const Request& request) { return request.address == 102; };
+  EXPECT_EQ(code_of([&] { light->light("G"); }), DeviceErrc::Fault);
+  EXPECT_EQ(bus_->coils[7], 0);
+}
+
+TEST_F(ModbusLightTest, ClosesWhenItIsDestroyedLit) {
+  auto light = make();
+  light->light("R");
+  light.reset();
+  EXPECT_EQ(bus_->coils[7], 0);
+  light = make();
+  light->light("R");
+  bus_->fails = DeviceErrc::Timeout;
+  EXPECT_NO_THROW(light.reset());
+}
+
+TEST_F(ModbusLightTest, RequireClosedTriesAgainAndSaysWhy) {
+  const auto light = make();
+  light->light("R");
+  bus_->writes.clear();
+  bus_->fails = DeviceErrc::Timeout;
+  light->close_shutter();
+  EXPECT_EQ(code_of([&] { light->require_closed(); }), DeviceErrc::Timeout);
+  bus_->fails.reset();
+  bus_->on_write = [this](const Request&) { bus_->coils[7] = 1; };  // jammed
+  EXPECT_EQ(code_of([&] { light->require_closed(); }), DeviceErrc::Fault);
+  EXPECT_EQ(bus_->writes.back().attempts, modbus_bus::Attempts::several);
+  light->close_shutter();
+  EXPECT_EQ(bus_->writes.back().attempts, modbus_bus::Attempts::one);
+  bus_->on_write = nullptr;
+  EXPECT_NO_THROW(light->require_closed());
+  EXPECT_EQ(bus_->coils[7], 0);
+}
+
 TEST_F(ModbusLightTest, ClosingDuringLightingWins) {
   const auto light = make();
   bool closed = false;

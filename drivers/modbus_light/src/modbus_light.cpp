@@ -60,7 +60,15 @@ ModbusLight::ModbusLight(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit, s
       station_{std::move(name), unit},
       profile_(checked_profile(std::move(profile))),
       clock_(clock) {
-  close_and_verify();
+  close_and_verify(modbus_bus::Attempts::several);
+}
+
+ModbusLight::~ModbusLight() {
+  if (!may_be_open_) return;
+  try {
+    close_and_verify(modbus_bus::Attempts::several);
+  } catch (...) {  // there is nobody left to tell; require_closed() is for those who must know
+  }
 }
 
 std::vector<devices::LightChannel> ModbusLight::channels() const {
@@ -85,14 +93,27 @@ void ModbusLight::light(const std::string& channel) {
   const LampProfile::Channel& wanted = find(channel);
   require_closed_if_asked();
   const std::uint64_t closings = closings_;
+  const bool was_lit = lit_ == channel && lit_at_closings_ == closings;
+  lit_.clear();
+  try {
+    open_on(wanted, closings, was_lit);
+  } catch (const DeviceError&) {
+    close_shutter();  // it may have been opened, or be open from before
+    throw;
+  }
+  lit_ = channel;
+  lit_at_closings_ = closings;
+}
+
+void ModbusLight::open_on(const LampProfile::Channel& wanted, std::uint64_t closings,
+                          bool was_lit) {
   const modbus_bus::Manner manner{.given_up = [this, closings] { return closings_ != closings; }};
   const auto send = [&](const modbus_bus::Request& request) {
     bus_->transact(station_, request, manner);
   };
-  const bool was_lit = lit_ == channel && lit_at_closings_ == closings;
-  lit_.clear();
   send(modbus_bus::write_register(wanted.level_register, wanted.level));
   send(modbus_bus::write_register(profile_.channel_register, wanted.number));
+  may_be_open_ = true;
   send(modbus_bus::write_coil(profile_.shutter_coil, true));
   if (bus_->transact(station_, modbus_bus::read_coils(profile_.shutter_coil), manner)[0] == 0) {
     throw DeviceError(DeviceErrc::Fault, name(), "the shutter does not open; see the lamp");
@@ -105,32 +126,37 @@ void ModbusLight::light(const std::string& channel) {
   if (closings_ != closings) {
     throw DeviceError(DeviceErrc::Stopped, name(), "the shutter was closed meanwhile");
   }
-  lit_ = channel;
-  lit_at_closings_ = closings;
 }
 
 void ModbusLight::close_shutter() noexcept {
   ++closings_;
   close_failed_ = true;
   try {
-    close_and_verify();
+    close_and_verify(modbus_bus::Attempts::one);
     close_failed_ = false;
   } catch (...) {  // the next call says so
   }
 }
 
-void ModbusLight::close_and_verify() {
-  const modbus_bus::Manner urgent{.urgent = true};
+void ModbusLight::require_closed() {
+  ++closings_;
+  close_failed_ = true;
+  require_closed_if_asked();
+}
+
+void ModbusLight::close_and_verify(modbus_bus::Attempts attempts) {
+  const modbus_bus::Manner urgent{.urgent = true, .attempts = attempts};
   bus_->transact(station_, modbus_bus::write_coil(profile_.shutter_coil, false), urgent);
   if (bus_->transact(station_, modbus_bus::read_coils(profile_.shutter_coil), urgent)[0] != 0) {
     throw DeviceError(DeviceErrc::Fault, station_.device,
                       "the shutter does not close; switch the lamp off");
   }
+  may_be_open_ = false;
 }
 
 void ModbusLight::require_closed_if_asked() {
   if (!close_failed_) return;
-  close_and_verify();
+  close_and_verify(modbus_bus::Attempts::several);
   close_failed_ = false;
 }
 

@@ -38,29 +38,37 @@ struct LampProfile {
 
 /// A lamp with a shutter and channels on Modbus.
 ///
-/// State    As LightSource. A shutter that could not be closed, or reads back open, is closed
-/// before
-///          anything else is done, and while it does not close that is an error of every call.
-/// Threads  As LightSource. close_shutter() waits for one transaction of others at most; a light()
-///          under way on another thread then ends with Stopped.
+/// State    As LightSource. A light() that fails leaves the shutter closed. A shutter that could
+/// not
+///          be closed, or reads back open, is closed before anything else is done, and while it
+///          does not close that is an error of every call.
+/// Threads  As LightSource. close_shutter() waits for one transaction of others at most and then
+///          makes one attempt; a light() under way on another thread ends with Stopped.
 /// Errors   As LightSource; Fault also for a shutter that reads back open.
 class ModbusLight final : public devices::LightSource, public devices::TemperatureSensor {
  public:
   /// Closes the shutter. `clock` outlives it. Throws std::invalid_argument, DeviceError.
   ModbusLight(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit, std::string name,
               LampProfile profile, devices::Clock& clock);
+  /// Closes the shutter unless it is known to be closed.
+  ~ModbusLight() override;
 
   const std::string& name() const override { return station_.device; }
   std::vector<devices::LightChannel> channels() const override;
   void light(const std::string& channel) override;
   void close_shutter() noexcept override;
 
+  /// Closes the shutter, with all the attempts of the bus, and reads it back: for an end of which
+  /// one must be sure. Throws as the bus; Fault when it reads back open.
+  void require_closed();
+
   /// Of the lamp head; Fault where the profile has no register for it.
   double temperature_c() override;
 
  private:
   const LampProfile::Channel& find(const std::string& channel) const;
-  void close_and_verify();
+  void open_on(const LampProfile::Channel& channel, std::uint64_t closings, bool was_lit);
+  void close_and_verify(modbus_bus::Attempts attempts);
   void require_closed_if_asked();
 
   std::shared_ptr<modbus_bus::ModbusBus> bus_;
@@ -71,6 +79,7 @@ class ModbusLight final : public devices::LightSource, public devices::Temperatu
   std::uint64_t lit_at_closings_ = 0;
   std::atomic<std::uint64_t> closings_ = 0;
   std::atomic<bool> close_failed_ = false;
+  std::atomic<bool> may_be_open_ = true;  ///< not read back as closed since it was opened last
 };
 
 }  // namespace gonio::modbus_light
