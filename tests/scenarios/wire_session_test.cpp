@@ -85,7 +85,8 @@ class OnTheWire : public testing::Test {
   void use_drives_that_know_their_home() {
     std::string rig = small_wire_rig();
     const std::string az = "profile = \"oriental-az\"";
-    rig.replace(rig.find(az), az.size(), "profile = \"leadshine-em2rs\"\nconfirmed = [\"home\", \"stop\"]");
+    rig.replace(rig.find(az), az.size(),
+                "profile = \"leadshine-em2rs\"\nconfirmed = [\"home\", \"stop\"]");
     folder_.write("rig.toml", rig);
   }
 
@@ -245,7 +246,7 @@ for attempt in 1 2 3 4 5 6 7 8 9 10; do
   sleep 0.1
 done
 )");
-  in_the_machine("kill.sh", {"--fault", "dead_link@lamp_arm:after_s=3"});
+  in_the_machine("kill.sh", {"--fault", "dead_link@lamp_arm:after_s=3,for_s=8"});
   EXPECT_EQ(std::stoi(folder_.read("coil")), 0);
 }
 

@@ -5,7 +5,10 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
+#include <functional>
+#include <future>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -13,6 +16,7 @@
 #include "device_options.h"
 #include "gonio/apt_stage/apt_stage.h"
 #include "gonio/aravis_camera/aravis_camera.h"
+#include "gonio/console/printable.h"
 #include "gonio/devices/steady_clock.h"
 #include "gonio/modbus_stage/modbus_stage.h"
 #include "gonio/opened_rig/opened_rig.h"
@@ -51,6 +55,7 @@ double time_scale_of_environment() {
 
 struct Stage {
   std::unique_ptr<devices::RotationStage> stage;
+  std::function<void()> require_standing;  ///< throws where a stop was not obeyed
   std::string identity;
 };
 
@@ -65,7 +70,8 @@ Stage open_stage(const RigFile& rig, std::size_t index, Buses& buses, devices::C
           std::move(port), axis_setup(axis), apt_model(device.model), device.reversed, clock);
       const auto& who = stage->identity();
       std::string identity = fmt::format("{} serial {}", who.model, who.serial);
-      return {std::move(stage), std::move(identity)};
+      auto* const opened = stage.get();
+      return {std::move(stage), [opened] { opened->require_standing(); }, std::move(identity)};
     }
     const auto profile = drive_profile(device.profile, rig.path.parent_path());
     modbus_stage::StageOptions options;
@@ -73,7 +79,8 @@ Stage open_stage(const RigFile& rig, std::size_t index, Buses& buses, devices::C
     auto stage = std::make_unique<modbus_stage::ModbusStage>(
         buses[device.bus], device.unit, axis_setup(axis), profile,
         modbus_stage::DriveScale{device.steps_per_deg, device.reversed}, clock, options);
-    return {std::move(stage),
+    auto* const opened = stage.get();
+    return {std::move(stage), [opened] { opened->require_standing(); },
             fmt::format("{}, unit {} on {}", profile.name, device.unit, buses[device.bus]->line())};
   });
 }
@@ -123,6 +130,7 @@ class HardwareRig final : public OpenedRig {
     devices_.monitor = monitor_.get();
     devices_.camera = camera_.get();
     devices_.clock = &clock_;
+    devices_.remarks = [this] { return remarks(); };
     {
       const std::lock_guard lock(opened_mutex_);
       opened_ = true;
@@ -133,7 +141,8 @@ class HardwareRig final : public OpenedRig {
   ~HardwareRig() override {
     try {
       require_safe();
-    } catch (const std::exception&) {
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "gonio: %s\n", printable_line(error.what()).c_str());
       watchdog_.leave_to_act();  // once the ports are closed
     }
     const std::lock_guard lock(opened_mutex_);
@@ -141,8 +150,19 @@ class HardwareRig final : public OpenedRig {
   }
 
   void require_safe() override {
-    for (const Stage& each : stages_) each.stage->stop();
-    lamp_->close_shutter();
+    stop_all();
+    // Then it is looked at, with patience, whether all obeyed. The first that did not is told.
+    std::exception_ptr first;
+    const auto look = [&](const auto& required) {
+      try {
+        required();
+      } catch (const DeviceError&) {
+        if (!first) first = std::current_exception();
+      }
+    };
+    look([&] { lamp_->require_closed(); });
+    for (const Stage& each : stages_) look(each.require_standing);
+    if (first) std::rethrow_exception(first);
   }
 
   const DeviceSet& devices() override { return devices_; }
@@ -162,15 +182,28 @@ class HardwareRig final : public OpenedRig {
   }
 
  private:
+  /// All at the same time: one that does not answer keeps nothing else moving.
+  void stop_all() {
+    std::vector<std::future<void>> stops;
+    for (const Stage& each : stages_) {
+      stops.push_back(std::async(std::launch::async, [&each] { each.stage->stop(); }));
+    }
+    lamp_->close_shutter();
+  }
+
   /// On the watchdog's thread: nobody would stop the rig if this program died now.
   void unwatched() {
     lost_watchdog_ = true;
     const std::lock_guard lock(opened_mutex_);
     if (!opened_) return;
-    for (const Stage& each : stages_) each.stage->stop();
-    lamp_->close_shutter();
+    stop_all();
     std::fputs("gonio: the watchdog has died; the axes are stopped, the shutter is closed\n",
                stderr);
+  }
+
+  std::vector<std::string> remarks() const {
+    if (!camera_) return {};
+    return {std::string(kCameraName) + ": " + aravis_camera::to_text(camera_->counters())};
   }
 
   std::string monitor_identity() const {

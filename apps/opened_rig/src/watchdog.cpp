@@ -150,7 +150,7 @@ int run_watchdog() {
     if (receive_byte(STDIN_FILENO) == kDismissed) return kSuccess;
 
     const std::vector<std::string> failures = rig.stop();
-    say(fmt::format("the program that drove {} has died: {}", rig.rig_name(),
+    say(fmt::format("the program that drove {} is gone: {}", rig.rig_name(),
                     failures.empty() ? "all axes were sent their stop, the shutter is closed"
                                      : "not everything could be stopped; switch the rig off"));
     for (const std::string& failure : failures) say(failure);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gonio/devices/clock.h"
+#include "gonio/devices/resettable_alarm.h"
 #include "gonio/devices/rotation_stage.h"
 #include "gonio/devices/stage_gate.h"
 #include "gonio/modbus_bus/modbus_bus.h"
@@ -61,7 +62,7 @@ struct MoveNumbers;
 ///          require_standing() send it again.
 /// Errors   As RotationStage. Fault also: an axis that stands short of its target or moves on after
 ///          a stop. Timeout also: a drive that stands and does not say that it has arrived.
-class ModbusStage final : public devices::RotationStage {
+class ModbusStage final : public devices::RotationStage, public devices::ResettableAlarm {
  public:
   /// Reads the drive's state and the settings that the profile counts on. `clock` outlives it.
   /// Throws std::invalid_argument: setup, profile or scale; an unconfirmed register that motion
@@ -87,7 +88,7 @@ class ModbusStage final : public devices::RotationStage {
 
   /// Clears the drive's alarm once a person has looked; throws Fault when it stands on. The axis is
   /// not homed afterwards.
-  void reset_alarm();
+  void reset_alarm() override;
 
   /// What the drive says now. Throws as the bus; Fault when the axis moves although a stop is
   /// latched and it had the time to brake.
