@@ -22,10 +22,7 @@ namespace {
 constexpr std::chrono::seconds kPatience{30};
 constexpr std::chrono::milliseconds kBetweenRounds{50};
 
-struct Step {
-  std::string device;
-  std::function<void()> stop;
-};
+using Step = std::function<void()>;
 
 /// Each step once, then again those that failed, until all are done or patience ends: a silent
 /// device takes one attempt's time from the others, not all of its own. Returns the last failures.
@@ -36,9 +33,9 @@ std::vector<std::string> in_rounds(std::vector<Step> steps) {
     std::vector<std::string> failures;
     for (Step& step : steps) {
       try {
-        step.stop();
+        step();
       } catch (const std::exception& error) {
-        failures.push_back(step.device + ": " + error.what());
+        failures.emplace_back(error.what());  // names the device or its port
         left.push_back(std::move(step));
       }
     }
@@ -70,19 +67,18 @@ std::vector<std::string> RigStopper::stop() const {
       std::vector<Step> steps;
       // Its constructor closes the shutter and makes sure.
       if (devices.lamp.bus == bus.name) {
-        steps.push_back({kLampName, [&] {
-                           modbus_light::ModbusLight(buses[bus.name], devices.lamp.unit, kLampName,
-                                                     lamp_profile(devices.lamp), clock);
-                         }});
+        steps.emplace_back([&] {
+          modbus_light::ModbusLight(buses[bus.name], devices.lamp.unit, kLampName,
+                                    lamp_profile(devices.lamp), clock);
+        });
       }
       for (std::size_t i = 0; i < devices.axes.size(); ++i) {
         const AxisDevice& device = devices.axes[i];
         if (!profiles_[i] || device.bus != bus.name) continue;
         const std::string& name = rig_.rig.axes[i].name;
-        steps.push_back({name, [&, i, name] {
-                           modbus_stage::stop_drive(*buses[bus.name], {name, devices.axes[i].unit},
-                                                    *profiles_[i]);
-                         }});
+        steps.emplace_back([&, i, name] {
+          modbus_stage::stop_drive(*buses[bus.name], {name, devices.axes[i].unit}, *profiles_[i]);
+        });
       }
       return in_rounds(std::move(steps));
     }));
@@ -91,11 +87,10 @@ std::vector<std::string> RigStopper::stop() const {
     if (devices.axes[i].driver != AxisDevice::Driver::apt) continue;
     ports.push_back(std::async(std::launch::async, [&, i] {
       const std::string& name = rig_.rig.axes[i].name;
-      return in_rounds({{name, [&] {
-                           usb_bus::FtdiPort port(
-                               open_usb_device(name, apt_address(devices.axes[i])));
-                           apt_stage::stop_apt(port);
-                         }}});
+      return in_rounds({[&] {
+        usb_bus::FtdiPort port(open_usb_device(name, apt_address(devices.axes[i])));
+        apt_stage::stop_apt(port);
+      }});
     }));
   }
   std::vector<std::string> failures;
