@@ -180,6 +180,27 @@ TEST_F(UsbStageFaults, ManyShortPrograms) {
   }
 }
 
+TEST_F(UsbStageFaults, HomedItStaysWithinItsLimitsOnTheWayHome) {
+  stage_->begin_move_to(rig_.axis().home - 20.0_deg);
+  stage_->wait_until_settled(kPatience);
+  stage_->home(kPatience);
+  EXPECT_NEAR(rig_.world.joint(UsbRig::kAxis).encoder(rig_.world.clock().now()).degrees(),
+              rig_.axis().home.degrees(), 0.01);
+  expect_works();
+}
+
+TEST_F(UsbStageFaults, NotHomedBehindItsMarkItTurnsTheLongWay) {
+  stage_->begin_move_to(rig_.axis().home - 20.0_deg);
+  stage_->wait_until_settled(kPatience);
+  rig_.bed.cycle_power(UsbRig::kStageName);
+  EXPECT_THAT([&] { stage_->wait_until_settled(kPatience); },
+              ThrowsDeviceError(DeviceErrc::NotHomed));
+  stage_->home(kPatience);
+  EXPECT_NEAR(rig_.world.joint(UsbRig::kAxis).encoder(rig_.world.clock().now()).degrees(),
+              rig_.axis().home.degrees() - 360.0, 0.05);
+  expect_works();
+}
+
 TEST_F(UsbStageFaults, UnitThatWasSwitchedOffIsNotTakenOver) {
   stage_.reset();
   rig_.bed.cycle_power(UsbRig::kStageName);

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "recording_unit.h"
 
 namespace gonio::apt_stage {
@@ -164,6 +166,48 @@ TEST_F(AptStageTest, TurnedAtItsPanelItIsReadWhereItStandsThen) {
   unit_->stand_at(11.0, status::kJoggingForward);
   clock_.on_wait = [&](devices::Clock::Duration) { unit_->stand_at(12.0); };
   EXPECT_NEAR(stage_->wait_until_settled(1min).degrees(), 22.0, 1e-5);
+}
+
+TEST_F(AptStageTest, SearchesItsMarkInTheJointsDirection) {
+  const auto direction_and_switch = [&](bool reversed, HomeDirection direction) {
+    open(reversed, direction);
+    return std::pair<int, int>(unit_->home.at(2), unit_->home.at(4));
+  };
+  EXPECT_EQ(direction_and_switch(false, HomeDirection::falling), std::pair(2, 1));
+  EXPECT_EQ(direction_and_switch(false, HomeDirection::rising), std::pair(1, 4));
+  EXPECT_EQ(direction_and_switch(true, HomeDirection::falling), std::pair(1, 4));
+  EXPECT_EQ(direction_and_switch(true, HomeDirection::rising), std::pair(2, 1));
+}
+
+TEST_F(AptStageTest, GoesToTheSideOfItsMarkFromWhichTheSearchLeadsThere) {
+  homed();
+  for (const bool behind : {true, false}) {
+    unit_->stand_at(behind ? -50.0 : 50.0);
+    unit_->sent.clear();
+    Bytes move;
+    unit_->on_message = [&](MessageId id) {
+      if (id == MessageId::MOT_MOVE_ABSOLUTE) {
+        move = unit_->last;
+        unit_->stand_at(4.0);
+      }
+      if (id != MessageId::MOT_MOVE_HOME) return;
+      unit_->stand_at(0.0);
+      unit_->say({0x44, 0x04, 0x01, 0x00, 0x01, 0x50});
+    };
+    stage_->home(1min);
+    // 4 deg before it: 4 * 409600 / 3 = 546,133.
+    EXPECT_EQ(move, behind ? move_absolute(546133) : Bytes());
+    EXPECT_EQ(unit_->count(MessageId::MOT_MOVE_HOME), 1);
+  }
+}
+
+TEST_F(AptStageTest, WayToTheSearchThatFailsLeavesItStoppedAndNotHomed) {
+  homed();
+  unit_->stand_at(-50.0);
+  EXPECT_THAT([&] { stage_->home(1min); }, ThrowsDeviceError(DeviceErrc::Timeout));
+  EXPECT_EQ(unit_->sent.back(), MessageId::MOT_MOVE_STOP);
+  EXPECT_EQ(unit_->count(MessageId::MOT_MOVE_HOME), 1);
+  EXPECT_THAT([&] { stage_->begin_move_to(20.0_deg); }, ThrowsDeviceError(DeviceErrc::NotHomed));
 }
 
 }  // namespace

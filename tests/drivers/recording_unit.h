@@ -154,7 +154,7 @@ class AptStageTest : public testing::Test {
  protected:
   AptStageTest() : unit_(std::make_shared<RecordingUnit>()) { open(); }
 
-  void open(bool reversed = false) {
+  void open(bool reversed = false, HomeDirection direction = HomeDirection::falling) {
     using namespace gonio::literals;
     stage_ = std::make_unique<AptStage>(unit_,
                                         devices::AxisSetup{"azimuth",
@@ -163,7 +163,7 @@ class AptStageTest : public testing::Test {
                                                            10.0,
                                                            20.0,
                                                            std::chrono::milliseconds(500)},
-                                        k10cr1(), reversed, clock_);
+                                        k10cr1(), reversed, clock_, direction);
   }
 
   void homed() {

@@ -37,10 +37,12 @@ std::int32_t in_units(double value, const char* what, const std::string& axis) {
 }  // namespace
 
 AptStage::AptStage(std::shared_ptr<usb_bus::ByteStream> port, devices::AxisSetup setup,
-                   AptModel model, bool reversed, devices::Clock& clock)
+                   AptModel model, bool reversed, devices::Clock& clock,
+                   HomeDirection home_direction)
     : setup_(std::move(setup)),
       model_(std::move(model)),
       direction_(reversed ? -1.0 : 1.0),
+      home_direction_(home_direction),
       clock_(clock),
       gate_(setup_.name, setup_.limits),
       link_(std::make_unique<AptLink>(std::move(port))) {
@@ -94,8 +96,9 @@ void AptStage::set_up() {
                                  "acceleration", name());
   params.maximum = velocity(setup_.max_speed_deg_per_s);
   HomeParams home;
-  home.direction = model_.home_direction;
-  home.limit_switch = model_.home_limit_switch;
+  const bool forward = (home_direction_ == HomeDirection::rising) == (direction_ > 0.0);
+  home.direction = forward ? 1 : 2;
+  home.limit_switch = forward ? 4 : 1;  // the one that lies that way
   home.velocity = velocity(std::min(model_.home_speed_deg_per_s, setup_.max_speed_deg_per_s));
   home.offset = in_units(model_.home_offset_deg * model_.steps_per_deg, "home offset", name());
 
@@ -185,8 +188,11 @@ void AptStage::home(std::chrono::milliseconds timeout) {
   losing_home([&] {
     set_up();  // it may have been switched off since
     StatusUpdate before = confirmed_status();
+    const bool at_switch = before.has(status::kLimits);
     before.bits &= ~status::kLimits;  // homing drives off a switch
     require_no_alarm(before);
+    const bool knows_where = gate_.homed() && before.has(status::kHomed) && !at_switch;
+    if (knows_where) go_before_the_mark(deadline);
     link_->forget();  // before the hold: stop() waits for that
     {
       const auto hold = gate_.hold_for_homing();
@@ -203,6 +209,31 @@ void AptStage::home(std::chrono::milliseconds timeout) {
     }
   });
   gate_.set_homed(true);
+}
+
+/// To where the search begins: it turns in one direction only, and past the mark it would go on for
+/// a whole turn.
+void AptStage::go_before_the_mark(Time deadline) {
+  try {
+    // Signs are those of the search; the mark is at 0.
+    const double towards = home_direction_ == HomeDirection::falling ? -1.0 : 1.0;
+    const Angle end = towards < 0.0 ? setup_.limits.max : setup_.limits.min;
+    const double room_deg = -towards * (end - setup_.home).degrees();
+    const double run_up_deg = std::min(2.0 * model_.home_switch_deg, room_deg);
+    const StatusUpdate status = checked_status();
+    const double before_deg = -towards * (joint_at(status.position) - setup_.home).degrees();
+    // More than a turn before it the search would end at the same mark too early.
+    constexpr double kTurnDeg = 360.0;
+    const bool is_before = before_deg >= run_up_deg && before_deg <= kTurnDeg - run_up_deg;
+    if (is_before && !status.has(status::kInMotion)) return;
+    begin_move_to(setup_.home + Angle::from_degrees(-towards * run_up_deg));
+    wait_for_arrival(deadline);
+  } catch (const DeviceError&) {
+    gate_.set_homed(false);
+    target_.reset();
+    if (link_->port().connected()) link_->send(move_stop(StopMode::immediate));
+    throw;
+  }
 }
 
 void AptStage::wait_for_home(Time deadline, std::chrono::milliseconds timeout) {

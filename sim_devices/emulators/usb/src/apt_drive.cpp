@@ -13,6 +13,8 @@ using emulator_faults::Fault;
 namespace {
 
 constexpr double kStepsPerDeg = 49152000.0 / 360.0;
+constexpr double kTurnDeg = 360.0;
+constexpr double kOnTheMarkDeg = 0.05;
 constexpr double kVelocityUnit = 7329109.0;
 constexpr double kAccelerationUnit = 1502.0;
 constexpr std::uint8_t kUnitAddress = 0x50;
@@ -177,7 +179,21 @@ void AptDrive::start_homing() {
   homed_ = false;
   latched_bits_ &= ~0x3U;  // drives off the switches
   never_arrives_ = false;
-  joint_.start_homing(clock_.now());
+  const Time now = clock_.now();
+  forward_ = home_params_.at(2) == 1;
+  const double way = forward_ != options_.reversed ? 1.0 : -1.0;
+  const Angle here = joint_.encoder(now);
+  const double direct_deg = way * (options_.home - here).degrees();
+  double travel_deg = std::fmod(direct_deg, kTurnDeg);
+  if (travel_deg < -kOnTheMarkDeg) travel_deg += kTurnDeg;
+  home_at_ = here + Angle::from_degrees(way * travel_deg);
+  if (std::abs((home_at_ - options_.home).degrees()) < kOnTheMarkDeg) {
+    home_at_ = options_.home;
+    joint_.start_homing(now);
+  } else {
+    // sim::Joint knows one mark and goes straight there; this is the same mark a turn further on.
+    joint_.move_to(home_at_, now);
+  }
   motion_ = Motion::homing;
   plan_faults();
 }
@@ -218,7 +234,7 @@ void AptDrive::step() {
   if (done == Motion::stopping) send_status(0x0466);
   if (done == Motion::homing) {
     joint_.finish_homing();
-    zero_ = options_.home;
+    zero_ = home_at_;
     homed_ = true;
     answer_short(0x0444, 1, 0);
   }

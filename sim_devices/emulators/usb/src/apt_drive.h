@@ -54,7 +54,8 @@ class AptDrive {
   std::deque<std::uint8_t> input_;
   Bytes output_;
 
-  Angle zero_;  ///< joint angle of position 0
+  Angle zero_;     ///< joint angle of position 0
+  Angle home_at_;  ///< where the homing under way finds the mark: whole turns from `home`
   std::int32_t acceleration_;
   std::int32_t velocity_;
   Bytes home_params_;

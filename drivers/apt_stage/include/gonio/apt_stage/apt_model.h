@@ -7,6 +7,9 @@
 
 namespace gonio::apt_stage {
 
+/// Which way the joint angle goes while the axis searches its home mark.
+enum class HomeDirection { falling, rising };
+
 /// What one kind of stage counts in, as data.
 struct AptModel {
   std::string name;                 ///< as its hardware information says, "K10CR1"
@@ -15,8 +18,6 @@ struct AptModel {
   double acceleration_per_deg_s2 = 1.0;
   double max_speed_deg_per_s = 1.0;
   double max_acceleration_deg_per_s2 = 1.0;
-  std::uint16_t home_direction = 2;
-  std::uint16_t home_limit_switch = 1;
   double home_speed_deg_per_s = 1.0;  ///< at most; the axis's own speed if that is less
   double home_offset_deg = 0.0;       ///< from the switch to the stage's zero
   double in_position_deg = 0.01;      ///< how close to its target a move must end

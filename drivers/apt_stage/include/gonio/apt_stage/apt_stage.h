@@ -23,6 +23,12 @@ class AptLink;
 ///          over without homing when it says that it is homed. Unplugged or
 ///          switched off and on it counts as not homed; home() looks for an unplugged one again by
 ///          its serial, for at most kReconnect.
+/// Homing   The unit searches its mark in one direction, the one it is told. Where it still knows
+///          where it is, the axis first goes, within its limits, to the side of the mark from which
+///          that leads towards it. Where it does not (switched on anew, stopped during a homing, at
+///          a limit switch), an axis on the other side of its mark turns on past the end of its
+///          range, until the mark comes round: up to one turn. Before that, turn it by hand to the
+///          right side, or see that its cables allow it.
 /// Settled  Completed (told so, or the settled bit), not moving, and within in_position_deg of
 ///          the target; then AxisSetup::settle on the session's clock. Taken over on its way, or
 ///          turned at its own panel: not moving, then the same.
@@ -40,7 +46,8 @@ class AptStage final : public devices::RotationStage {
   /// `clock` must outlive it. Throws std::invalid_argument for a set-up the model cannot do, and
   /// DeviceError: Protocol when the unit is another model or does not take its settings.
   AptStage(std::shared_ptr<usb_bus::ByteStream> port, devices::AxisSetup setup, AptModel model,
-           bool reversed, devices::Clock& clock);
+           bool reversed, devices::Clock& clock,
+           HomeDirection home_direction = HomeDirection::falling);
   ~AptStage() override;
 
   const std::string& name() const override { return gate_.name(); }
@@ -70,6 +77,7 @@ class AptStage final : public devices::RotationStage {
   StatusUpdate checked_status();
   std::uint32_t alarms_in(const StatusUpdate& status) const;
   void require_no_alarm(const StatusUpdate& status) const;
+  void go_before_the_mark(Time deadline);
   void wait_for_home(Time deadline, std::chrono::milliseconds timeout);
   StatusUpdate stand_still();
   void wait_until_standing(Time deadline, std::chrono::milliseconds timeout);
@@ -85,6 +93,7 @@ class AptStage final : public devices::RotationStage {
   devices::AxisSetup setup_;
   AptModel model_;
   double direction_;
+  HomeDirection home_direction_;
   devices::Clock& clock_;
   devices::StageGate gate_;
   std::unique_ptr<AptLink> link_;

@@ -36,6 +36,8 @@ struct PowerMeterOptions {
 /// World    The stage's drive has a state machine of its own and turns a sim::Joint on the world's
 ///          clock; the meter reads a LampMonitor. Both speak their protocols from their documents,
 ///          not from the drivers.
+/// Homing   The stage turns in the direction it is told until the mark comes round. With the mark
+///          behind it that is the long way, and the joint then stands a turn from its home angle.
 /// Seen by  Programs that have the preload library loaded and UMOCKDEV_DIR set: the one that hosts
 /// the
 ///          testbed (it links the library by linking this target), and any other started with
