@@ -67,7 +67,10 @@ Stage open_stage(const RigFile& rig, std::size_t index, Buses& buses, devices::C
       auto port =
           std::make_shared<usb_bus::FtdiPort>(open_usb_device(axis.name, apt_address(device)));
       auto stage = std::make_unique<apt_stage::AptStage>(
-          std::move(port), axis_setup(axis), apt_model(device.model), device.reversed, clock);
+          std::move(port), axis_setup(axis), apt_model(device.model), device.reversed, clock,
+          device.home_direction == AxisDevice::HomeDirection::rising
+              ? apt_stage::HomeDirection::rising
+              : apt_stage::HomeDirection::falling);
       const auto& who = stage->identity();
       std::string identity = fmt::format("{} serial {}", who.model, who.serial);
       auto* const opened = stage.get();

@@ -76,6 +76,8 @@ void visit_axis_device(ConfigVisitor& v, AxisDevice& device) {
     } else {
       v.text("serial", device.serial, "as printed on the stage");
       v.text("model", device.model, "");
+      v.enumeration("home_direction", device.home_direction, {"falling", "rising"},
+                    "of the joint angle while the home mark is searched");
     }
     v.flag("reversed", device.reversed, "the drive counts against the joint angle");
   });

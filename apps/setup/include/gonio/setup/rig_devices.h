@@ -38,6 +38,9 @@ struct AxisDevice {
   // apt
   std::string serial;
   std::string model = "K10CR1";
+  enum class HomeDirection { falling, rising };
+  HomeDirection home_direction =
+      HomeDirection::falling;  ///< of the joint angle, searching the mark
 
   bool reversed = false;  ///< the drive counts against the joint angle
 };
