@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gonio/calibration/radiometry/white_view.h"
+
+namespace gonio::calibration {
+
+/// Where the lamp's mirror image was seen in one pose of a flat mirror or black glass.
+struct HighlightView {
+  rig::Joints joints;
+  Eigen::Vector2d pixel = Eigen::Vector2d::Zero();
+  double sigma_px = 0.1;
+};
+
+/// A reading that has one right value: reciprocity pairs, the repeated first pose, black glass
+/// against Fresnel, energy.
+struct RatioCheck {
+  std::string name;
+  double found = 1.0;
+  double expected = 1.0;
+  double tolerance = 0.01;  ///< relative
+};
+
+/// What verification looks at, all taken after the calibration and not used by it.
+struct VerificationData {
+  std::array<double, 3> constant{};   ///< FieldFit::constant of the calibration under test
+  std::vector<WhiteView> white;       ///< at poses other than the reference's
+  std::vector<HighlightView> mirror;  ///< at three lamp angles or more
+  std::vector<RatioCheck> ratios;
+};
+
+/// A single mistake that could explain the residuals.
+enum class Cause {
+  none,
+  stale_white,         ///< one factor on everything: the white, the lamp or the constant is old
+  zero_offset,         ///< an axis counts from another zero
+  axis_sign,           ///< an axis turns the other way
+  response_curve,      ///< signal goes with a power of the light: gamma, lookup table
+  cosine_of_view,      ///< a factor cos theta_o that does not belong there
+  inverse_square_law,  ///< 1/r^2 left out
+  unknown
+};
+
+std::string_view to_string(Cause cause);
+
+struct CheckResult {
+  std::string name;
+  double found = 0.0;  ///< largest deviation: relative, px for highlights
+  double limit = 0.0;
+  bool passed = false;
+};
+
+struct Verification {
+  bool passed = false;
+  std::vector<CheckResult> checks;
+  Cause cause = Cause::none;  ///< the likeliest of a failure; none when passed
+  std::string explanation;    ///< one line for a person; names the axis; empty when passed
+  double explained = 0.0;     ///< share of the residuals' chi^2 that the cause takes away
+};
+
+/// Compares what was measured with what the calibrated instrument predicts, and names the single
+/// mistake that explains a failure best: every cause is a change of the forward model whose size is
+/// fitted to all residuals together (chi^2); a second parameter has to earn its place.
+///
+/// Limits   white 1.5 % per region mean, mirror image 0.05 deg of wi, ratios as each says.
+/// Throws   StepRefused: as require_white_views(); fewer than 3 white poses or 3 mirror poses.
+Verification verify(const instrument::Instrument& instrument, const VerificationData& data);
+
+/// Pixel where a point lamp's image in the sample plane (a flat mirror) is seen; none where it is
+/// not. Frame: as CameraModel.
+std::optional<Eigen::Vector2d> mirror_image(const instrument::Instrument& instrument,
+                                            const rig::Joints& joints);
+
+}  // namespace gonio::calibration

@@ -1,0 +1,219 @@
+#include "gonio/calibration/radiometry/lamp_field.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <cmath>
+
+#include "gonio/calibration/result/step_refused.h"
+
+namespace gonio::calibration {
+namespace {
+
+constexpr int kFieldTerms = 5;
+constexpr int kLensTerms = 3;
+constexpr int kMaxIterations = 50;
+constexpr double kSmallStep = 1e-12;
+// Ratio of the singular values of the scaled Jacobian beyond which numbers mean nothing.
+constexpr double kMaxCondition = 1e8;
+constexpr const char* kAddViews =
+    "expected several arm angles and tilts, the white filling the picture: add views";
+
+/// One pixel: what is known of it before the fit.
+struct Row {
+  std::size_t view;
+  Eigen::Index constant;  ///< column of its channel's ln C
+  double log_signal;      ///< ln of the signal over everything but C, V and I
+  double sigma;           ///< of it
+  Eigen::Matrix<double, kFieldTerms, 1> field;
+  Eigen::Matrix<double, kLensTerms, 1> lens;
+};
+
+std::vector<Row> rows_of(const instrument::Instrument& instrument,
+                         const std::vector<WhiteView>& views,
+                         const std::array<Eigen::Index, 3>& column_of_channel) {
+  instrument::Instrument flat = instrument;
+  flat.lamp_field = {};
+  flat.vignetting = {};
+  std::vector<Row> rows;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    for (const PixelSignal& pixel : views[v].pixels) {
+      if (!(pixel.dn_per_s > 0.0)) {
+        throw StepRefused(fmt::format(
+            "view {}: found {:g} DN/s at pixel ({:.1f}, {:.1f}), expected light from the white: is "
+            "the lamp on?",
+            v, pixel.dn_per_s, pixel.column, pixel.row));
+      }
+      const WhiteFactor factor = white_factor(flat, views[v], pixel);
+      const double x = factor.lamp_x;
+      const double y = factor.lamp_y;
+      const double q = factor.camera_q;
+      Row row{v,
+              column_of_channel[static_cast<std::size_t>(views[v].channel)],
+              std::log(pixel.dn_per_s / factor.per_constant),
+              pixel.sigma_dn_per_s / pixel.dn_per_s,
+              {},
+              {}};
+      row.field << x, y, x * x, x * y, y * y;
+      row.lens << q, q * q, q * q * q;
+      rows.push_back(row);
+    }
+  }
+  return rows;
+}
+
+struct System {
+  Eigen::MatrixXd jacobian;  ///< whitened
+  Eigen::VectorXd residual;  ///< whitened
+};
+
+System linearise(const std::vector<Row>& rows, const Eigen::VectorXd& parameters,
+                 Eigen::Index channels) {
+  const Eigen::VectorXd field = parameters.segment(channels, kFieldTerms);
+  const Eigen::VectorXd lens = parameters.tail(kLensTerms);
+  System system{Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), parameters.size()),
+                Eigen::VectorXd(static_cast<Eigen::Index>(rows.size()))};
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Row& row = rows[i];
+    const double intensity = 1.0 + field.dot(row.field);
+    const double response = 1.0 + lens.dot(row.lens);
+    if (!(intensity > 0.0) || !(response > 0.0)) {
+      throw StepRefused(fmt::format(
+          "view {}: the fitted lamp field or falloff is not positive there; expected a smooth "
+          "field: is something in the light's way?",
+          row.view));
+    }
+    const auto at = static_cast<Eigen::Index>(i);
+    system.residual[at] =
+        (row.log_signal - parameters[row.constant] - std::log(intensity) - std::log(response)) /
+        row.sigma;
+    system.jacobian(at, row.constant) = 1.0 / row.sigma;
+    system.jacobian.row(at).segment(channels, kFieldTerms) =
+        row.field.transpose() / (intensity * row.sigma);
+    system.jacobian.row(at).tail(kLensTerms) = row.lens.transpose() / (response * row.sigma);
+  }
+  return system;
+}
+
+/// With columns scaled to one length, so that units do not count.
+Eigen::JacobiSVD<Eigen::MatrixXd> decompose(const Eigen::MatrixXd& jacobian,
+                                            Eigen::VectorXd& scale) {
+  scale = jacobian.colwise().norm().transpose();
+  if ((scale.array() <= 0.0).any()) {
+    throw StepRefused(
+        "views that hold no light off the lamp's or the camera's axis, expected the whole white");
+  }
+  return Eigen::JacobiSVD<Eigen::MatrixXd>(jacobian * scale.cwiseInverse().asDiagonal(),
+                                           Eigen::ComputeThinU | Eigen::ComputeThinV);
+}
+
+/// Largest relative sd of the lens' falloff at the pixels seen.
+double falloff_sigma(const Eigen::MatrixXd& whitened_jacobian, const std::vector<Row>& rows,
+                     const Eigen::MatrixXd& covariance) {
+  const Eigen::MatrixXd lens = covariance.bottomRightCorner(kLensTerms, kLensTerms);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Eigen::VectorXd gradient =
+        whitened_jacobian.row(static_cast<Eigen::Index>(i)).tail(kLensTerms).transpose() *
+        rows[i].sigma;
+    largest = std::max(largest, gradient.dot(lens * gradient));
+  }
+  return std::sqrt(largest);
+}
+
+void refuse_large_residual(const std::vector<Row>& rows, const Eigen::VectorXd& relative,
+                           std::size_t views, double rms, double limit) {
+  std::vector<double> sum(views, 0.0);
+  std::vector<double> count(views, 0.0);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double value = relative[static_cast<Eigen::Index>(i)];
+    sum[rows[i].view] += value * value;
+    count[rows[i].view] += 1.0;
+  }
+  std::size_t worst = 0;
+  for (std::size_t v = 1; v < views; ++v) {
+    if (sum[v] / count[v] > sum[worst] / count[worst]) worst = v;
+  }
+  throw StepRefused(fmt::format(
+      "found a residual of {:.2f} % rms, expected at most {:.2f} %; view {} has {:.2f} %: is the "
+      "white clean, flat and wholly lit there?",
+      100.0 * rms, 100.0 * limit, worst, 100.0 * std::sqrt(sum[worst] / count[worst])));
+}
+
+}  // namespace
+
+FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<WhiteView>& views,
+                    double limit) {
+  require_white_views(instrument, views);
+  std::array<Eigen::Index, 3> column_of_channel{-1, -1, -1};
+  Eigen::Index channels = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (const WhiteView& view : views) {
+      if (view.channel == static_cast<int>(c) && column_of_channel[c] < 0) {
+        column_of_channel[c] = channels++;
+      }
+    }
+  }
+  const std::vector<Row> rows = rows_of(instrument, views, column_of_channel);
+  const Eigen::Index count = channels + kFieldTerms + kLensTerms;
+  const auto samples = static_cast<Eigen::Index>(rows.size());
+  if (samples < 2 * count) {
+    throw StepRefused(fmt::format("found {} pixels, expected at least {}", samples, 2 * count));
+  }
+
+  FieldFit fit;
+  Eigen::VectorXd parameters = Eigen::VectorXd::Zero(count);
+  Eigen::VectorXd scale;
+  System system;
+  Eigen::MatrixXd normal_inverse;
+  for (;;) {
+    system = linearise(rows, parameters, channels);
+    const auto svd = decompose(system.jacobian, scale);
+    const auto& values = svd.singularValues();
+    if (!(values[count - 1] * kMaxCondition > values[0])) {
+      throw StepRefused(fmt::format(
+          "found views that cannot tell the lamp's field from the lens' falloff, {}", kAddViews));
+    }
+    const Eigen::MatrixXd half =
+        scale.cwiseInverse().asDiagonal() * svd.matrixV() * values.cwiseInverse().asDiagonal();
+    normal_inverse = half * half.transpose();
+    const Eigen::VectorXd step = half * (svd.matrixU().transpose() * system.residual);
+    if ((step.array() * scale.array()).matrix().norm() <=
+            kSmallStep * (1.0 + system.residual.norm()) ||
+        ++fit.iterations > kMaxIterations) {
+      break;
+    }
+    parameters += step;
+  }
+  if (fit.iterations > kMaxIterations) {
+    throw StepRefused(fmt::format("the fit has not settled after {} steps, expected a smooth field",
+                                  kMaxIterations));
+  }
+
+  Eigen::VectorXd relative = system.residual;
+  for (Eigen::Index i = 0; i < samples; ++i) relative[i] *= rows[static_cast<std::size_t>(i)].sigma;
+  fit.residual_rms = std::sqrt(relative.squaredNorm() / static_cast<double>(samples - count));
+  fit.chi2_per_dof = system.residual.squaredNorm() / static_cast<double>(samples - count);
+  if (!(fit.residual_rms <= limit)) {
+    refuse_large_residual(rows, relative, views.size(), fit.residual_rms, limit);
+  }
+  fit.covariance = normal_inverse * std::max(1.0, fit.chi2_per_dof);
+  if (const double sigma = falloff_sigma(system.jacobian, rows, fit.covariance); sigma > limit) {
+    throw StepRefused(
+        fmt::format("found views that cannot tell the lamp's field from the lens' falloff better "
+                    "than {:.1f} %, {}",
+                    100.0 * sigma, kAddViews));
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    const Eigen::Index at = column_of_channel[c];
+    if (at < 0) continue;
+    fit.constant[c] = std::exp(parameters[at]);
+    fit.sigma_constant[c] = std::sqrt(fit.covariance(at, at));
+  }
+  fit.lamp_field = {parameters[channels], parameters[channels + 1], parameters[channels + 2],
+                    parameters[channels + 3], parameters[channels + 4]};
+  fit.vignetting = {parameters[count - 3], parameters[count - 2], parameters[count - 1]};
+  return fit;
+}
+
+}  // namespace gonio::calibration

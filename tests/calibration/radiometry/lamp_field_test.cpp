@@ -1,0 +1,128 @@
+#include "gonio/calibration/radiometry/lamp_field.h"
+
+#include <gmock/gmock.h>
+
+#include <functional>
+
+#include "gonio/calibration/result/step_refused.h"
+#include "white_scene.h"
+
+namespace gonio::calibration {
+namespace {
+
+std::vector<WhiteView> views_of(const instrument::Instrument& truth, double noise_level,
+                                std::uint64_t seed) {
+  random::Stream noise(random::make_key(seed, "lamp field"));
+  std::vector<WhiteView> views;
+  int channel = 0;
+  for (const auto& joints : {joints_deg(30, 15, 0), joints_deg(30, 0, 20), joints_deg(60, 40, -4),
+                             joints_deg(60, 10, 25), joints_deg(90, 45, 0), joints_deg(90, 55, 15),
+                             joints_deg(40, -20, 5)}) {
+    views.push_back(seen_white(truth, joints, channel, noise_level, noise, 0.9 + 0.05 * channel));
+    channel = (channel + 1) % 3;
+  }
+  return views;
+}
+
+/// What an operator starts with: geometry and certificate, no field.
+instrument::Instrument started_with() {
+  instrument::Instrument known = true_instrument();
+  known.lamp_field = {};
+  known.vignetting = {};
+  return known;
+}
+
+TEST(LampField, IsFoundWithTheLensAndTheConstants) {
+  const auto truth = true_instrument();
+  const FieldFit fit = fit_fields(started_with(), views_of(truth, 0.001, 7));
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(fit.constant[c] / kConstant[c], 1.0, 0.003) << c;
+    EXPECT_LT(fit.sigma_constant[c], 0.001);
+  }
+  // The maps, not the coefficients: those trade against each other.
+  for (const double x : {-0.04, 0.0, 0.04}) {
+    for (const double y : {-0.04, 0.0, 0.04}) {
+      const Eigen::Vector3d beam(x, y, 1.0);
+      EXPECT_NEAR(instrument::relative_intensity(fit.lamp_field, beam) /
+                      instrument::relative_intensity(truth.lamp_field, beam),
+                  1.0, 0.002);
+    }
+  }
+  instrument::Instrument found = truth;
+  found.vignetting = fit.vignetting;
+  EXPECT_NEAR(instrument::relative_response(found, 5.0, 250.0) /
+                  instrument::relative_response(truth, 5.0, 250.0),
+              1.0, 0.002);
+  EXPECT_NEAR(fit.chi2_per_dof, 1.0, 0.2);
+}
+
+TEST(LampField, ReportedSigmasCoverTheTruth) {
+  const auto truth = true_instrument();
+  const std::array<double, 11> wanted{
+      std::log(kConstant[0]), std::log(kConstant[1]), std::log(kConstant[2]), truth.lamp_field.c10,
+      truth.lamp_field.c01,   truth.lamp_field.c20,   truth.lamp_field.c11,   truth.lamp_field.c02,
+      truth.vignetting.v1,    truth.vignetting.v2,    truth.vignetting.v3};
+  int inside = 0;
+  constexpr int kSeeds = 60;
+  for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
+    const FieldFit fit = fit_fields(started_with(), views_of(truth, 0.002, 100 + seed));
+    const std::array<double, 11> found{
+        std::log(fit.constant[0]), std::log(fit.constant[1]), std::log(fit.constant[2]),
+        fit.lamp_field.c10,        fit.lamp_field.c01,        fit.lamp_field.c20,
+        fit.lamp_field.c11,        fit.lamp_field.c02,        fit.vignetting.v1,
+        fit.vignetting.v2,         fit.vignetting.v3};
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      const auto at = static_cast<Eigen::Index>(i);
+      inside += std::abs(found[i] - wanted[i]) < 2.0 * std::sqrt(fit.covariance(at, at)) ? 1 : 0;
+    }
+  }
+  const double share = inside / (kSeeds * 11.0);
+  EXPECT_GT(share, 0.90);
+  EXPECT_LT(share, 0.99);
+}
+
+TEST(LampField, OnePoseCannotTellLampFromLens) {
+  random::Stream noise(random::make_key(1, "one pose"));
+  const std::vector<WhiteView> views{
+      seen_white(true_instrument(), joints_deg(30, 15, 0), 0, 0.001, noise)};
+  EXPECT_THAT(
+      [&] { fit_fields(started_with(), views); },
+      testing::ThrowsMessage<StepRefused>(testing::HasSubstr("lamp's field from the lens'")));
+}
+
+TEST(LampField, ShadowOnTheWhiteIsNamed) {
+  auto views = views_of(true_instrument(), 0.001, 3);
+  for (std::size_t i = 0; i < 20; ++i) views[4].pixels[i].dn_per_s *= 0.9;
+  EXPECT_THAT([&] { fit_fields(started_with(), views); },
+              testing::ThrowsMessage<StepRefused>(testing::AllOf(
+                  testing::HasSubstr("view 4"), testing::HasSubstr("expected at most"))));
+}
+
+TEST(LampField, LampThatIsOffIsRefused) {
+  auto views = views_of(true_instrument(), 0.001, 3);
+  for (PixelSignal& pixel : views[2].pixels) pixel.dn_per_s = -0.1;
+  EXPECT_THAT([&] { fit_fields(started_with(), views); },
+              testing::ThrowsMessage<StepRefused>(
+                  testing::AllOf(testing::HasSubstr("view 2"), testing::HasSubstr("lamp on"))));
+}
+
+TEST(LampField, BadViewsAreRefusedByIndex) {
+  const auto good = views_of(true_instrument(), 0.001, 3);
+  const auto refused = [&](const std::function<void(WhiteView&)>& spoil, const char* says) {
+    auto views = good;
+    spoil(views[1]);
+    EXPECT_THAT([&] { fit_fields(started_with(), views); },
+                testing::ThrowsMessage<StepRefused>(
+                    testing::AllOf(testing::HasSubstr("view 1"), testing::HasSubstr(says))));
+  };
+  refused([](WhiteView& view) { view.joints.pop_back(); }, "one per axis");
+  refused([](WhiteView& view) { view.channel = 3; }, "0 to 2");
+  refused([](WhiteView& view) { view.monitor = 0.0; }, "lamp on");
+  refused([](WhiteView& view) { view.pixels.clear(); }, "at least one");
+  refused([](WhiteView& view) { view.pixels[3].dn_per_s = std::nan(""); }, "finite");
+  refused([](WhiteView& view) { view.pixels[3].sigma_dn_per_s = 0.0; }, "positive sigma");
+  EXPECT_THROW(fit_fields(started_with(), {}), StepRefused);
+}
+
+}  // namespace
+}  // namespace gonio::calibration

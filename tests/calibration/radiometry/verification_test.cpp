@@ -1,0 +1,187 @@
+#include "gonio/calibration/radiometry/verification.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "gonio/calibration/result/step_refused.h"
+#include "white_scene.h"
+
+namespace gonio::calibration {
+namespace {
+
+/// What a healthy rig shows after its calibration.
+VerificationData seen_by(const instrument::Instrument& truth) {
+  random::Stream noise(random::make_key(21, "verification"));
+  VerificationData data;
+  data.constant = kConstant;
+  for (const auto& joints : {joints_deg(40, 5, 0), joints_deg(40, -15, 20), joints_deg(70, 60, 0),
+                             joints_deg(100, 40, 0), joints_deg(100, 55, 10)}) {
+    data.white.push_back(seen_white(truth, joints, 1, 0.0015, noise));
+  }
+  for (const auto& joints : {joints_deg(30, 15, 0), joints_deg(70, 35, 1), joints_deg(120, 60, -1),
+                             joints_deg(70, 36, -1)}) {
+    HighlightView view{joints, mirror_image(truth, joints).value(), 0.1};
+    view.pixel += 0.1 * Eigen::Vector2d(noise.normal(), noise.normal());
+    data.mirror.push_back(view);
+  }
+  data.ratios = {{"repeat of the first pose", 1.001, 1.0, 0.003},
+                 {"black glass at 30 deg", 0.0434, 0.0433, 0.05}};
+  return data;
+}
+
+void scale_white(
+    VerificationData& data, const instrument::Instrument& truth,
+    const std::function<double(const WhiteView&, const PixelSignal&, const Eigen::Vector3d& point,
+                               const rig::RigPose& pose)>& factor) {
+  for (WhiteView& view : data.white) {
+    const rig::RigPose pose = rig::forward(truth.rig, view.joints);
+    const Eigen::Vector3d normal = pose.world_from_sample.linear().col(2);
+    const Eigen::Vector3d eye = pose.world_from_camera.translation();
+    for (PixelSignal& pixel : view.pixels) {
+      const Eigen::Vector3d ray =
+          pose.world_from_camera.linear() * truth.camera.ray(pixel.column, pixel.row);
+      const Eigen::Vector3d point =
+          eye - ray * (normal.dot(eye - pose.world_from_sample.translation()) / normal.dot(ray));
+      const double by = factor(view, pixel, point, pose);
+      pixel.dn_per_s *= by;
+      pixel.sigma_dn_per_s *= by;
+    }
+  }
+}
+
+void expect_cause(const instrument::Instrument& instrument, const VerificationData& data,
+                  Cause cause, const std::string& says) {
+  const Verification result = verify(instrument, data);
+  EXPECT_FALSE(result.passed);
+  EXPECT_EQ(result.cause, cause) << to_string(result.cause) << ": " << result.explanation;
+  EXPECT_THAT(result.explanation, testing::HasSubstr(says));
+}
+
+TEST(Verification, HealthyRigPasses) {
+  const auto truth = true_instrument();
+  const Verification result = verify(truth, seen_by(truth));
+  EXPECT_TRUE(result.passed) << result.explanation;
+  EXPECT_EQ(result.cause, Cause::none);
+  EXPECT_EQ(result.checks.size(), 4U);
+}
+
+TEST(Verification, NamesTheAxisWhoseZeroIsOff) {
+  const auto truth = true_instrument();
+  const VerificationData data = seen_by(truth);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    auto calibrated = truth;
+    for (rig::Chain* chain : {&calibrated.rig.lamp, &calibrated.rig.sample}) {
+      for (rig::ChainLink& link : chain->links) {
+        if (link.axis == axis) link.offset += Angle::from_degrees(0.2);
+      }
+    }
+    expect_cause(calibrated, data, Cause::zero_offset, truth.rig.axes[axis].name);
+    const std::string explanation = verify(calibrated, data).explanation;
+    const double size = std::stod(explanation.substr(explanation.find("by ") + 3));
+    EXPECT_NEAR(size, -0.2, 0.01) << explanation;
+  }
+}
+
+TEST(Verification, NamesTheAxisThatTurnsTheOtherWay) {
+  const auto truth = true_instrument();
+  const VerificationData data = seen_by(truth);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    auto calibrated = truth;
+    for (rig::Chain* chain : {&calibrated.rig.lamp, &calibrated.rig.sample}) {
+      for (rig::ChainLink& link : chain->links) {
+        if (link.axis == axis) link.scale = -link.scale;
+      }
+    }
+    expect_cause(calibrated, data, Cause::axis_sign, truth.rig.axes[axis].name);
+  }
+}
+
+TEST(Verification, NamesAGamma) {
+  const auto truth = true_instrument();
+  VerificationData data = seen_by(truth);
+  const double reference = data.white[0].pixels[30].dn_per_s;
+  scale_white(data, truth,
+              [&](const WhiteView&, const PixelSignal& pixel, const auto&, const auto&) {
+                return std::pow(pixel.dn_per_s / reference, 1.0 / 2.2 - 1.0);
+              });
+  expect_cause(truth, data, Cause::response_curve, "gamma");
+}
+
+TEST(Verification, NamesACosineOfTheView) {
+  const auto truth = true_instrument();
+  VerificationData data = seen_by(truth);
+  scale_white(data, truth,
+              [](const auto&, const auto&, const Eigen::Vector3d& point, const auto& pose) {
+                return pose.world_from_sample.linear().col(2).dot(
+                    (pose.world_from_camera.translation() - point).normalized());
+              });
+  expect_cause(truth, data, Cause::cosine_of_view, "cos theta_o");
+}
+
+TEST(Verification, NamesAMissingInverseSquare) {
+  const auto truth = true_instrument();
+  VerificationData data = seen_by(truth);
+  scale_white(data, truth,
+              [](const auto&, const auto&, const Eigen::Vector3d& point, const auto& pose) {
+                return (pose.world_from_lamp.translation() - point).squaredNorm() / 250000.0;
+              });
+  expect_cause(truth, data, Cause::inverse_square_law, "1/r^2");
+}
+
+TEST(Verification, NamesAStaleWhite) {
+  const auto truth = true_instrument();
+  VerificationData data = seen_by(truth);
+  scale_white(data, truth, [](const auto&, const auto&, const auto&, const auto&) { return 0.97; });
+  expect_cause(truth, data, Cause::stale_white, "stale");
+}
+
+TEST(Verification, DoesNotInventACauseForDirt) {
+  const auto truth = true_instrument();
+  VerificationData data = seen_by(truth);
+  random::Stream dirt(random::make_key(4, "dirt"));
+  scale_white(data, truth, [&](const auto&, const auto&, const auto&, const auto&) {
+    return 1.0 + 0.05 * dirt.normal();
+  });
+  expect_cause(truth, data, Cause::unknown, "no single mistake");
+}
+
+TEST(Verification, FailedRatioAloneIsNamed) {
+  const auto truth = true_instrument();
+  VerificationData data = seen_by(truth);
+  data.ratios[0].found = 1.02;
+  expect_cause(truth, data, Cause::unknown, "repeat of the first pose is off by 2.00 %");
+}
+
+TEST(Verification, TooFewPosesAreRefused) {
+  const auto truth = true_instrument();
+  VerificationData data = seen_by(truth);
+  data.mirror.resize(2);
+  EXPECT_THAT([&] { verify(truth, data); },
+              testing::ThrowsMessage<StepRefused>(testing::HasSubstr("2 mirror poses")));
+  data = seen_by(truth);
+  data.mirror[1].pixel.x() = std::nan("");
+  EXPECT_THAT([&] { verify(truth, data); },
+              testing::ThrowsMessage<StepRefused>(testing::HasSubstr("mirror view 1")));
+}
+
+TEST(Verification, MirrorImageObeysTheLawOfReflection) {
+  const auto truth = true_instrument();
+  const rig::Joints joints = joints_deg(70, 36, -1);
+  const rig::RigPose pose = rig::forward(truth.rig, joints);
+  const Eigen::Vector2d pixel = mirror_image(truth, joints).value();
+  const Eigen::Vector3d ray =
+      pose.world_from_camera.linear() * truth.camera.ray(pixel.x(), pixel.y());
+  const Eigen::Vector3d normal = pose.world_from_sample.linear().col(2);
+  const Eigen::Vector3d eye = pose.world_from_camera.translation();
+  const Eigen::Vector3d point = eye - ray * (normal.dot(eye) / normal.dot(ray));
+  const Eigen::Vector3d to_lamp = (pose.world_from_lamp.translation() - point).normalized();
+  // The bisector of both directions is the normal.
+  EXPECT_TRUE((to_lamp - ray).normalized().isApprox(normal, 1e-12));
+  EXPECT_FALSE(mirror_image(truth, joints_deg(160, -60, 0)).has_value());  // lamp behind the plane
+}
+
+}  // namespace
+}  // namespace gonio::calibration
