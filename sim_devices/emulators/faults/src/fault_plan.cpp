@@ -13,7 +13,7 @@
 namespace gonio::emulator_faults {
 namespace {
 
-constexpr std::array<std::pair<Fault, std::string_view>, 17> kNames{{
+constexpr std::array<std::pair<Fault, std::string_view>, 18> kNames{{
     {Fault::dead_link, "dead_link"},
     {Fault::exception, "exception"},
     {Fault::crc_error, "crc_error"},
@@ -24,6 +24,7 @@ constexpr std::array<std::pair<Fault, std::string_view>, 17> kNames{{
     {Fault::unplug, "unplug"},
     {Fault::alarm, "alarm"},
     {Fault::limit_switch, "limit_switch"},
+    {Fault::lost_move, "lost_move"},
     {Fault::never_in_position, "never_in_position"},
     {Fault::stop_ignored, "stop_ignored"},
     {Fault::power_cycle, "power_cycle"},

@@ -147,7 +147,7 @@ void AptDrive::handle(std::uint16_t id, std::uint8_t param1, std::uint8_t param2
       start_homing();
       break;
     case 0x0453:  // MOT_MOVE_ABSOLUTE
-      if (data.size() == 6) start_move(get32(data, 2));
+      if (data.size() == 6 && !strikes(Fault::lost_move)) start_move(get32(data, 2));
       break;
     case 0x0465:
       stop();

@@ -23,6 +23,7 @@ enum class Fault {
   unplug,              ///< USB: the device leaves the bus; comes back when the fault wears off
   alarm,               ///< a drive: raises its alarm, brakes
   limit_switch,        ///< a drive: runs into its limit switch, brakes
+  lost_move,           ///< USB: the stage does not hear the command to move
   never_in_position,   ///< a drive: never says that it has arrived
   stop_ignored,        ///< a drive: a stop command changes nothing
   power_cycle,         ///< a drive: was without power for a moment: stands, not homed, no alarm
