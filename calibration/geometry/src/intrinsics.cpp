@@ -14,6 +14,7 @@
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/errors/errors.h"
 #include "plane_pose.h"
+#include "view_selection.h"
 
 namespace gonio::calibration::geometry {
 namespace {
@@ -112,19 +113,6 @@ CameraModel first_guess(std::span<const BoardView> views, const IntrinsicsOption
   return *guess;
 }
 
-Eigen::Vector3d middle_of(const BoardView& view) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (const BoardCorner& corner : view.corners) sum += corner.point_mm;
-  sum /= static_cast<double>(view.corners.size());
-  return {sum.x(), sum.y(), 0.0};
-}
-
-Angle slant_of(const BoardView& view, const Eigen::Isometry3d& camera_from_board) {
-  const Eigen::Vector3d sight = camera_from_board * middle_of(view);
-  const Eigen::Vector3d normal = camera_from_board.linear().col(2);
-  return Angle::from_radians(std::atan2(normal.cross(sight).norm(), std::abs(normal.dot(sight))));
-}
-
 /// Largest angle between the normals of two used views.
 Angle variation_of(const std::vector<FittedView>& views) {
   double largest = 0.0;
@@ -137,23 +125,6 @@ Angle variation_of(const std::vector<FittedView>& views) {
     }
   }
   return Angle::from_radians(largest);
-}
-
-std::size_t used_count(const std::vector<FittedView>& views) {
-  return static_cast<std::size_t>(
-      std::count_if(views.begin(), views.end(), [](const FittedView& v) { return v.used; }));
-}
-
-void require_views(const std::vector<FittedView>& views, const IntrinsicsOptions& options) {
-  if (used_count(views) >= options.min_views) return;
-  std::string left_out;
-  for (std::size_t v = 0; v < views.size(); ++v) {
-    if (!views[v].used) left_out += fmt::format("; view {} {}", v, views[v].why_not);
-  }
-  throw StepRefused(
-      fmt::format("intrinsics: {} usable views of {}, expected at least {}: take "
-                  "more{}",
-                  used_count(views), views.size(), options.min_views, left_out));
 }
 
 /// Camera and poses of the used views by least squares, from what `result` holds.
@@ -204,41 +175,6 @@ void refine(std::span<const BoardView> views, Intrinsics& result) {
   result.rms_px = std::sqrt(squares / corners);
 }
 
-double median_rms(const std::vector<FittedView>& views) {
-  std::vector<double> rms;
-  for (const FittedView& view : views) {
-    if (view.used) rms.push_back(view.rms_px);
-  }
-  const auto middle = rms.begin() + static_cast<std::ptrdiff_t>(rms.size() / 2);
-  std::nth_element(rms.begin(), middle, rms.end());
-  return *middle;
-}
-
-/// Leaves out views that fit badly; whether there were any.
-bool leave_out_bad(std::vector<FittedView>& views, const IntrinsicsOptions& options) {
-  const double limit = options.outlier_factor * median_rms(views);
-  bool any = false;
-  for (FittedView& view : views) {
-    if (!view.used || view.rms_px <= limit) continue;
-    view.used = false;
-    view.why_not = fmt::format("fits with {:.2f} px rms, at most {:.2f}", view.rms_px, limit);
-    any = true;
-  }
-  return any;
-}
-
-bool leave_out_slanted(std::vector<FittedView>& views, const IntrinsicsOptions& options) {
-  bool any = false;
-  for (FittedView& view : views) {
-    if (!view.used || view.slant <= options.max_slant) continue;
-    view.used = false;
-    view.why_not = fmt::format("is slanted by {:.1f} deg, at most {:.0f}", view.slant.degrees(),
-                               options.max_slant.degrees());
-    any = true;
-  }
-  return any;
-}
-
 void require_certainty(const Intrinsics& result, const IntrinsicsOptions& options) {
   const Angle variation = variation_of(result.views);
   if (variation < options.min_variation) {
@@ -266,7 +202,7 @@ Intrinsics fit_intrinsics(std::span<const BoardView> views, const IntrinsicsOpti
   check_views("intrinsics", views, options.min_corners, options.width_px, options.height_px);
   Intrinsics result;
   result.views.resize(views.size());
-  require_views(result.views, options);
+  require_views("intrinsics", result.views, options.min_views);
   try {
     result.camera = first_guess(views, options);
     for (std::size_t v = 0; v < views.size(); ++v) {
@@ -275,12 +211,14 @@ Intrinsics fit_intrinsics(std::span<const BoardView> views, const IntrinsicsOpti
     }
     refine(views, result);
     // One look at slants and fits at a time: a bad view spoils the figures of good ones.
-    if (leave_out_slanted(result.views, options)) {
-      require_views(result.views, options);
+    if (leave_out_slanted(result.views, options.max_slant)) {
+      require_views("intrinsics", result.views, options.min_views);
       refine(views, result);
     }
-    while (leave_out_bad(result.views, options)) {
-      require_views(result.views, options);
+    while (leave_out_bad(result.views, options.outlier_factor)) {
+      require_agreement("intrinsics", result.views, options.max_bad_fraction,
+                        "the lens was touched or the board bends; take all again");
+      require_views("intrinsics", result.views, options.min_views);
       refine(views, result);
     }
   } catch (const NumericalError& error) {

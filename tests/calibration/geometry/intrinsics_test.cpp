@@ -103,6 +103,7 @@ TEST(Intrinsics, StateTheirUncertainty) {
     coverage.count(found.camera.p1 - given.camera.p1, sigma(6));
     coverage.count(found.camera.p2 - given.camera.p2, sigma(7));
   }
+  RecordProperty("coverage", std::to_string(coverage.fraction()));
   EXPECT_GE(coverage.fraction(), 0.90);
   EXPECT_LE(coverage.fraction(), 0.99);
 }

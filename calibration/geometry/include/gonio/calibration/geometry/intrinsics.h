@@ -21,14 +21,16 @@ struct IntrinsicsOptions {
   Angle max_slant = Angle::from_degrees(45.0);
   /// Two views at least must differ by this in the direction of the board's normal.
   Angle min_variation = Angle::from_degrees(20.0);
-  double outlier_factor = 2.5;  ///< a view whose rms is above this times the median is left out
+  double outlier_factor = 2.5;    ///< a view whose rms is above this times the median is left out
+  double max_bad_fraction = 0.2;  ///< of the views; with more left out so, the step refuses
   double max_relative_sigma = 0.005;  ///< of the focal lengths; above it the step refuses
 };
 
 /// What became of one view.
 struct FittedView {
   bool used = true;
-  std::string why_not;                                                  ///< empty when used
+  std::string why_not;   ///< empty when used
+  bool bad_fit = false;  ///< left out since it contradicts the others
   Eigen::Isometry3d camera_from_board = Eigen::Isometry3d::Identity();  ///< mm
   Angle slant;          ///< between the board's normal and the line of sight to its middle
   double rms_px = 0.0;  ///< of the corners' distances from the model
