@@ -85,16 +85,16 @@ void GuardedDevices::require_running() const {
   throw devices::DeviceError(devices::DeviceErrc::Stopped, "session", "asked to stop");
 }
 
-void GuardedDevices::retrying(const std::function<void()>& call) {
+void GuardedDevices::retrying(const std::function<void()>& call, bool after_timeout) {
   for (int attempt = 0;; ++attempt) {
     require_running();
     try {
       call();
       return require_running();
     } catch (const devices::DeviceError& error) {
-      if (attempt >= options_.retries || !may_help_to_retry(error.code()) || stop_requested()) {
-        throw;
-      }
+      const bool helps = may_help_to_retry(error.code()) &&
+                         (after_timeout || error.code() != devices::DeviceErrc::Timeout);
+      if (attempt >= options_.retries || !helps || stop_requested()) throw;
       note_(now(), "retry", error.what());
     }
   }
@@ -105,7 +105,9 @@ void GuardedDevices::home_all() {
     retrying([&] { stage->rearm(); });
   }
   for (devices::RotationStage* stage : devices_.stages) {
-    retrying([&] { stage->home(options_.move_timeout); });
+    // The driver has repeated what was not answered; an axis that finds no mark within its time
+    // would grind against the same obstacle again.
+    retrying([&] { stage->home(options_.move_timeout); }, false);
   }
   joints_ = read_joints();
   sent_ = rig_.home();

@@ -33,6 +33,8 @@ class FakeStage final : public devices::RotationStage {
   devices::JointLimits limits() const override { return limits_; }
   void home(std::chrono::milliseconds) override {
     refuse_when_stopped();
+    ++homing_attempts;
+    if (on_home) on_home(*this);
     ++homings;
     at_ = home_angle;
   }
@@ -62,6 +64,8 @@ class FakeStage final : public devices::RotationStage {
   /// Turns the axis though nobody asked.
   void creep(Angle by) { at_ += by; }
 
+  int homing_attempts = 0;
+  std::function<void(FakeStage&)> on_home;
   std::function<void(FakeStage&)> on_move;
   std::function<void(const FakeStage&, Angle)> moved;
   std::function<void()> on_settle;

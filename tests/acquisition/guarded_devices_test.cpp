@@ -129,6 +129,30 @@ TEST_F(GuardedDevicesTest, CannotGoOnFromWhereItDoesNotKnowItStands) {
   for (const auto& stage : rig_.stages) EXPECT_TRUE(stage->stopped) << stage->name();
 }
 
+TEST_F(GuardedDevicesTest, AnAxisThatDoesNotFindItsMarkIsNotDrivenAgain) {
+  for (const auto code : {devices::DeviceErrc::Timeout, devices::DeviceErrc::Fault}) {
+    FakeStage& arm = *rig_.stages[kArm];
+    arm.homing_attempts = 0;
+    arm.on_home = [&](FakeStage& stage) {
+      throw devices::DeviceError(code, stage.name(), "no mark found");
+    };
+    devices_.reset();
+    EXPECT_THROW(devices(), devices::DeviceError);
+    EXPECT_EQ(arm.homing_attempts, 1);
+  }
+}
+
+TEST_F(GuardedDevicesTest, ABrokenAnswerDoesNotEndAHoming) {
+  FakeStage& arm = *rig_.stages[kArm];
+  arm.on_home = [](FakeStage& stage) {
+    if (stage.homing_attempts == 1) {
+      throw devices::DeviceError(devices::DeviceErrc::Protocol, stage.name(), "checksum");
+    }
+  };
+  devices();
+  EXPECT_EQ(arm.homings, 1);
+}
+
 TEST_F(GuardedDevicesTest, TakesOverAxesThatKnowWhereTheyAreWithoutHoming) {
   for (auto& stage : rig_.stages) stage->home(std::chrono::seconds(1));
   moves_.clear();

@@ -3,8 +3,10 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <netinet/in.h>
 #include <poll.h>
 #include <stdlib.h>
+#include <sys/socket.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -336,6 +338,70 @@ TEST(ModbusBusOnTheWire, ConnectionClosedWhileNothingIsAskedIsOpenedAnew) {
       modbus_emulator::ModbusTcpServer::Options{.port = port}, nullptr, rig.world().clock());
   server->add(1, modbus_emulator::lamp("lamp", rig.world().light_source()));
   EXPECT_THAT(bus->ask({"lamp", 1}, modbus_bus::read_input_registers(0)), ElementsAre(312));
+}
+
+/// A server of one connection that answers every request for one word with these twelve bytes but
+/// the transaction.
+class TcpFarEnd {
+ public:
+  explicit TcpFarEnd(Bytes answer)
+      : listener_(::socket(AF_INET, SOCK_STREAM, 0)), answer_(std::move(answer)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    EXPECT_EQ(::bind(listener_, reinterpret_cast<const sockaddr*>(&address), size), 0);
+    EXPECT_EQ(::listen(listener_, 1), 0);
+    ::getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size);
+    port_ = ntohs(address.sin_port);
+    server_ = std::thread([this] { serve(); });
+  }
+  ~TcpFarEnd() {
+    ::shutdown(listener_, SHUT_RDWR);
+    server_.join();
+    ::close(listener_);
+  }
+  TcpFarEnd(const TcpFarEnd&) = delete;
+  TcpFarEnd& operator=(const TcpFarEnd&) = delete;
+
+  std::uint16_t port() const { return port_; }
+
+ private:
+  void serve() {
+    for (int peer; (peer = ::accept(listener_, nullptr, nullptr)) >= 0; ::close(peer)) {
+      std::array<std::uint8_t, 12> request{};
+      while (::recv(peer, request.data(), request.size(), MSG_WAITALL) == 12) {
+        answer_[0] = request[0];
+        answer_[1] = request[1];
+        ::send(peer, answer_.data(), answer_.size(), MSG_NOSIGNAL);
+      }
+    }
+  }
+
+  int listener_;
+  Bytes answer_;
+  std::uint16_t port_ = 0;
+  std::thread server_;
+};
+
+TEST(ModbusBusOnTheWire, TcpHeaderThatIsNoModbusIsABrokenProtocol) {
+  const auto word_of = [](const Bytes& answer) {
+    const TcpFarEnd end(answer);
+    const auto bus =
+        modbus_bus::open_tcp({"127.0.0.1", end.port()}, {.response_timeout = 2000ms, .retries = 0});
+    return bus->ask({"lamp", 1}, modbus_bus::read_holding_registers(0x0001));
+  };
+  EXPECT_THAT(word_of({0, 0, 0, 0, 0, 5, 1, 3, 2, 0x12, 0x34}), ElementsAre(0x1234));
+  EXPECT_THAT(
+      [&] {
+        word_of({0, 0, 0, 7, 0, 5, 1, 3, 2, 0x12, 0x34});
+      },
+      ThrowsDeviceError(DeviceErrc::Protocol));
+  EXPECT_THAT(
+      [&] {
+        word_of({0, 0, 0, 0, 0, 9, 1, 3, 2, 0x12, 0x34});
+      },
+      ThrowsDeviceError(DeviceErrc::Protocol));
 }
 
 TEST(ModbusBusOnTheWire, HostMayHaveANameAndSeveralAddresses) {

@@ -278,6 +278,21 @@ TEST_F(OnTheWire, RefusesToEmulateWhatOthersCouldSee) {
   EXPECT_THAT(ended.error, HasSubstr("begins with 127."));
 }
 
+TEST_F(OnTheWire, RefusesFaultsThatADeviceCannotShow) {
+  const auto refused = [&](const char* option, const char* value, const char* says) {
+    const Ended ended =
+        GonioProcess({"rig.toml", option, value, "--", "true"}, folder_.path(), 0, GONIO_EMULATE)
+            .wait();
+    EXPECT_EQ(ended.exit_code, 2) << value;
+    EXPECT_THAT(ended.error, HasSubstr(says));
+  };
+  refused("--fault", "lost_packets@lamp_arm", "alarm");  // what it can show instead
+  refused("--fault", "crc_error@lamp", "late_reply");    // on TCP
+  refused("--fault", "stall@camera", "no_frame");
+  refused("--fault", "stall@cam", "no device");
+  refused("--time-scale", "nan", "finite");
+}
+
 TEST_F(OnTheWire, PassesOnTheCommandsExitCode) {
   const auto code = [&](const std::string& script) {
     return GonioProcess({"rig.toml", "--", "sh", "-c", script}, folder_.path(), 0, GONIO_EMULATE)

@@ -16,6 +16,7 @@
 
 #include "child_command.h"
 #include "emulated_rig.h"
+#include "fault_rules.h"
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/console/console.h"
 #include "gonio/console/failures.h"
@@ -51,25 +52,13 @@ std::shared_ptr<const brdf::BrdfModel> material_of(const Options& options,
   return std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(kPlateAlbedo));
 }
 
-std::vector<emulator_faults::FaultRule> rules_of(const Options& options, const cli::RigFile& rig) {
-  std::vector<std::string> devices{"lamp", "monitor", "camera"};
-  for (const rig::Axis& axis : rig.rig.axes) devices.push_back(axis.name);
-  std::vector<emulator_faults::FaultRule> rules;
-  for (const std::string& text : options.faults) {
-    try {
-      rules.push_back(emulator_faults::fault_rule_from_text(text));
-    } catch (const std::invalid_argument& error) {
-      throw cli::UsageError(error.what());
-    }
-    const std::string& device = rules.back().device;
-    if (device.empty() || std::find(devices.begin(), devices.end(), device) != devices.end()) {
-      continue;
-    }
-    throw cli::UsageError(fmt::format("fault \"{}\": found no device \"{}\"{}", text, device,
-                                      cli::did_you_mean(device, devices)));
-  }
-  return rules;
-}
+/// CLI11 4 lets "nan" through a range: it is below no limit.
+const CLI::Validator finite(
+    [](std::string& text) {
+      return text.find_first_of("nN") == std::string::npos ? std::string()
+                                                           : "expected a finite number";
+    },
+    "");
 
 std::string account_text(const TimeAccount& account) {
   return fmt::format(
@@ -115,7 +104,7 @@ int emulate(const cli::Console& console, const Options& options) {
   world.time_scale = options.time_scale;
   world.runs_by_itself = true;
   world.noise_seed = options.noise_seed;
-  const std::vector<emulator_faults::FaultRule> rules = rules_of(options, rig);
+  const std::vector<emulator_faults::FaultRule> rules = fault_rules(options.faults, rig);
   if (options.command.empty()) {
     const cli::StopSignals signals;
     const EmulatedRig emulated(rig, world, rules, options.seed);
@@ -159,6 +148,7 @@ int run(int argc, char** argv) {
   app.add_option("--time-scale", options.time_scale,
                  "Seconds of the emulated world in one of the host's")
       ->check(CLI::Range(0.01, 1000.0))
+      ->check(finite)
       ->capture_default_str();
   app.add_option("--fault", options.faults,
                  "NAME[@DEVICE][:after_s=,for_s=,skip=,count=,probability=]; may be repeated")

@@ -67,6 +67,16 @@ bool link_is_gone(int error) {
          error == ENODEV || error == ENXIO || error == ENOTCONN || error == ECONNABORTED;
 }
 
+/// What is no Modbus in the header of a TCP frame (MODBUS Messaging on TCP/IP V1.0b, 3.1.3), or
+/// nothing.
+std::string wrong_in_header(std::span<const std::uint8_t> frame) {
+  const int protocol = frame[2] << 8U | frame[3];
+  if (protocol != 0) return fmt::format("found protocol {}, expected 0: no Modbus", protocol);
+  const std::size_t said = static_cast<std::size_t>(frame[4]) << 8U | frame[5];
+  if (said == frame.size() - kTcpHeader) return {};
+  return fmt::format("broken answer: it says {} bytes and has {}", said, frame.size() - kTcpHeader);
+}
+
 /// The numeric addresses of a host. Throws DeviceError.
 std::vector<std::string> addresses_of(const TcpEndpoint& tcp, const std::string& line) {
   const auto refuse = [&](int error) {
@@ -175,6 +185,11 @@ class LibmodbusBus final : public ModbusBus {
         if (frame[0] != transaction_ >> 8U || frame[1] != (transaction_ & 0xFFU)) {
           foreign = "answer of another transaction";
           continue;
+        }
+        // libmodbus takes lengths from the function code and looks at neither field.
+        if (const std::string wrong = wrong_in_header(frame); !wrong.empty()) {
+          expect_late_answer();
+          return Failure{DeviceErrc::Protocol, wrong, true, false};
         }
         frame = frame.subspan(kTcpHeader);
       } else {

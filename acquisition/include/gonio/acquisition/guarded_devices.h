@@ -63,7 +63,8 @@ class GuardedDevices {
 
  private:
   void require_running() const;
-  void retrying(const std::function<void()>& call);
+  /// Again after a broken answer, and after a missing one unless told otherwise.
+  void retrying(const std::function<void()>& call, bool after_timeout = true);
   rig::Joints start_of_move();
   void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);

@@ -43,8 +43,8 @@ struct PowerMeterOptions {
 ///          testbed (it links the library by linking this target), and any other started with
 ///          environment(). Claims, and what is under way, end with the process that made them.
 /// Faults   dead_link, torn_reply, stall and unplug on both devices; alarm, limit_switch,
-///          lost_move, never_in_position and stop_ignored on the stage. An alarm stands until the power is
-///          cycled, a limit switch until homing. unplug() and its siblings do it by hand.
+///          lost_move, never_in_position and stop_ignored on the stage. An alarm stands until the
+///          power is cycled, a limit switch until homing. unplug() and its siblings do it by hand.
 /// Limits   One testbed in a process at a time. Programs that hold devices are to end before it:
 /// the
 ///          preload library aborts them otherwise.
