@@ -421,6 +421,8 @@ TEST(ModbusBusOnTheWire, HostMayHaveANameAndSeveralAddresses) {
 TEST(ModbusBusOnTheWire, PortsAndAddressesThatDoNotOpenAreDisconnected) {
   EXPECT_THAT([] { modbus_bus::open_rtu({"/dev/no-such-port"}); },
               ThrowsDeviceError(DeviceErrc::Disconnected));
+  EXPECT_THAT([] { modbus_bus::open_rtu({"/dev/null"}); },
+              testing::ThrowsMessage<devices::DeviceError>(testing::HasSubstr("no serial port")));
   ModbusRig rig(Family::leadshine);
   const auto bus = rig.rtu();
   EXPECT_THAT([&] { modbus_bus::open_rtu({rig.line().port()}); },

@@ -70,6 +70,9 @@ TEST(RigDevices, RefuseABusThatIsNotThere) {
 TEST(RigDevices, RefuseTwoOfOneAddress) {
   expect_refused("unit = 2", "unit = 1", "which is that of axis.lamp_arm.device");
   expect_refused("name = \"lamp\"", "name = \"stages\"", "\"stages\" twice");
+  expect_refused("name = \"lamp\"\ntype = \"modbus_tcp\"\nhost = \"127.0.0.1\"\ntcp_port = 1502",
+                 "name = \"lamp\"\ntype = \"modbus_rtu\"\nport = \"/dev/ttyUSB0\"",
+                 "bus[1].port: found /dev/ttyUSB0, which is that of bus \"stages\"");
   expect_refused("number = 2", "number = 1", "1 twice, expected a number of its own");
   expect_refused("name = \"G\"", "name = \"R\"", "\"R\" twice");
 }

@@ -39,6 +39,10 @@ void set_sample(SessionSetup& session, const MeasureOptions& options) {
       throw UsageError("--material: what lies on a rig of metal cannot be chosen here",
                        "--simulate runs the session in a simulated world instead");
     }
+    if (options.seed != MeasureOptions{}.seed) {
+      throw UsageError("--seed: a rig of metal has no world to draw",
+                       "--simulate runs the session in a simulated world instead");
+    }
     if (options.yes && session.rig.session.white == acquisition::WhitePlacement::manual) {
       throw UsageError("--yes: nobody would mount the white reference",
                        "leave it out, or measure a white in the frame (white.placement)");

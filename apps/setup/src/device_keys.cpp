@@ -137,6 +137,7 @@ void check_devices(const RigDevices& devices, const std::vector<std::string>& ax
   };
 
   std::set<std::string> bus_names;
+  std::map<std::string, std::string> ends;  // port or host and TCP port -> name of the bus
   for (std::size_t i = 0; i < devices.buses.size(); ++i) {
     const BusEntry& bus = devices.buses[i];
     const std::string table = fmt::format("bus[{}]", i);
@@ -148,6 +149,15 @@ void check_devices(const RigDevices& devices, const std::vector<std::string>& ax
       require(table, "port", bus.port, "a device file");
     } else {
       require(table, "host", bus.host, "a name or address");
+    }
+    const bool serial = bus.kind == BusEntry::Kind::modbus_rtu;
+    const std::string end = serial ? bus.port : fmt::format("{}:{}", bus.host, bus.tcp_port);
+    const auto [other, fresh] = ends.try_emplace(end, bus.name);
+    if (!fresh) {
+      refuse(table, serial ? "port" : "host",
+             fmt::format("found {}, which is that of bus \"{}\": devices of one line share its "
+                         "[[bus]]",
+                         end, other->second));
     }
   }
 

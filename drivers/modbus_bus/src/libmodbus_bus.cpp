@@ -353,8 +353,9 @@ class LibmodbusBus final : public ModbusBus {
     if (modbus_connect(context.get()) != 0) {
       // What libmodbus leaves in errno after a failed connection is not the reason.
       const int error = errno;
-      refuse(tcp_ ? "no connection; is the device on, are host and port right?"
-                  : modbus_strerror(error));
+      if (tcp_) refuse("no connection; is the device on, are host and port right?");
+      refuse(error == ENOTTY ? "it is no serial port; `gonio devices` lists those that are"
+                             : modbus_strerror(error));
     }
     if (rtu_ && ::flock(modbus_get_socket(context.get()), LOCK_EX | LOCK_NB) != 0) {
       refuse("another program has it");
