@@ -1,6 +1,7 @@
 #include "gonio/instrument/calibration_file.h"
 
 #include "gonio/files/text_file.h"
+#include "json_document.h"
 #include "rig_json.h"
 
 namespace gonio::instrument {
@@ -10,7 +11,6 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "gonio-calibration";
 constexpr int kVersion = 1;
-constexpr int kMaxDepth = 16;  // the format needs 7
 constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20U;
 
 CameraModel camera_from_json(JsonFields fields) {
@@ -121,32 +121,10 @@ std::string to_json(const Instrument& instrument) {
 }
 
 Instrument instrument_from_json(const std::string& text, const std::filesystem::path& place) {
-  nlohmann::json document;
-  try {
-    document =
-        nlohmann::json::parse(text, [&](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
-          if (depth > kMaxDepth) {
-            throw DataFormatError(place, "structure",
-                                  fmt::format("nested deeper than {} levels", kMaxDepth));
-          }
-          return true;
-        });
-  } catch (const nlohmann::json::parse_error& error) {
-    throw DataFormatError(place, fmt::format("byte {}", error.byte), "not valid JSON");
-  } catch (const nlohmann::json::exception&) {
-    throw DataFormatError(place, "numbers", "a number is out of range");
-  }
+  const nlohmann::json document = parse_document(text, place, kFormat, kVersion);
   JsonFields fields(document, "", place);
-  const std::string format = fields.text("format");
-  if (format != kFormat) {
-    throw DataFormatError(place, "format",
-                          fmt::format("found {:?}, expected {:?}", format, kFormat));
-  }
-  const int version = fields.integer("version");
-  if (version != kVersion) {
-    throw DataFormatError(place, "version",
-                          fmt::format("found {}, expected {}", version, kVersion));
-  }
+  fields.text("format");
+  fields.integer("version");
   Instrument instrument;
   instrument.id = fields.text("id");
   JsonFields rig = fields.object("rig");

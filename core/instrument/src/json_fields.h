@@ -3,10 +3,15 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "gonio/errors/errors.h"
 
@@ -43,6 +48,56 @@ class JsonFields {
     const nlohmann::json& value = at(key);
     if (!value.is_string()) fail(key, "a string");
     return value.get<std::string>();
+  }
+  /// A whole number within limits, both inclusive.
+  std::int64_t whole(const char* key, std::int64_t min, std::int64_t max) {
+    const nlohmann::json& value = at(key);
+    const bool fits = value.is_number_integer() &&
+                      !(value.is_number_unsigned() &&
+                        value.get<std::uint64_t>() >
+                            static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()));
+    if (!fits || value.get<std::int64_t>() < min || value.get<std::int64_t>() > max) {
+      fail(key, fmt::format("a whole number from {} to {}", min, max));
+    }
+    return value.get<std::int64_t>();
+  }
+  std::optional<double> number_or_null(const char* key) {
+    if (at(key).is_null()) return std::nullopt;
+    return number(key);
+  }
+  /// Exactly `count` finite numbers; for matrices, so more than other arrays may be.
+  std::vector<double> numbers(const char* key, std::size_t count) {
+    const nlohmann::json& array = at(key);
+    if (!array.is_array() || array.size() != count) fail(key, fmt::format("{} numbers", count));
+    std::vector<double> values;
+    for (const nlohmann::json& value : array) {
+      if (!value.is_number() || !std::isfinite(value.get<double>())) {
+        fail(key, fmt::format("{} finite numbers", count));
+      }
+      values.push_back(value.get<double>());
+    }
+    return values;
+  }
+  std::vector<std::string> texts(const char* key) {
+    std::vector<std::string> values;
+    for (const nlohmann::json& value : array(key)) {
+      if (!value.is_string()) fail(key, "an array of strings");
+      values.push_back(value.get<std::string>());
+    }
+    return values;
+  }
+  /// An object whose keys are names and whose values are all strings, or all numbers.
+  std::map<std::string, std::string> texts_by_name(const char* key) {
+    std::map<std::string, std::string> values;
+    JsonFields named = object(key);
+    for (const auto& item : at(key).items()) values[item.key()] = named.text(item.key().c_str());
+    return values;
+  }
+  std::map<std::string, double> numbers_by_name(const char* key) {
+    std::map<std::string, double> values;
+    JsonFields named = object(key);
+    for (const auto& item : at(key).items()) values[item.key()] = named.number(item.key().c_str());
+    return values;
   }
   JsonFields object(const char* key) { return JsonFields(at(key), where(key), file_); }
 

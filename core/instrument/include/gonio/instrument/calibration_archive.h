@@ -1,0 +1,128 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <chrono>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "gonio/instrument/calibration_step.h"
+#include "gonio/rig/rig_description.h"
+
+namespace gonio::instrument {
+
+/// Seconds of UTC since 1970.
+using UtcSeconds = std::chrono::sys_seconds;
+
+struct CalibrationParameter {
+  std::string name;  ///< "camera.fx_px"
+  std::string unit;  ///< "px"; empty for a ratio
+  double value = 0.0;
+};
+
+/// What was asked of a result, and what it was.
+struct AcceptanceCheck {
+  std::string name;
+  double found = 0.0;
+  double limit = 0.0;
+  bool passed = false;
+};
+
+/// A file the result was made from.
+struct RawData {
+  std::string file;  ///< relative to the archive's folder
+  std::string sha256;
+};
+
+/// The result of one step that was accepted.
+struct StepResult {
+  std::string step;  ///< name of a CalibrationStep
+  UtcSeconds finished{};
+  UtcSeconds valid_until{};
+  std::map<std::string, std::string> inputs;  ///< step -> sha256 of the result that was used
+  std::vector<CalibrationParameter> parameters;
+  Eigen::MatrixXd covariance;               ///< of the parameters, in their order and units
+  std::map<std::string, double> residuals;  ///< named statistics: "reprojection_rms_px"
+  std::vector<AcceptanceCheck> checks;      ///< all passed
+  std::vector<RawData> raw_data;
+  std::vector<std::string> notes;
+
+  /// Throws std::invalid_argument naming the field: an unknown step, inputs that are not exactly
+  /// what the step needs, a check that did not pass, parameters named twice, numbers that are not
+  /// finite, a covariance of another size, not symmetric or not positive semidefinite, a validity
+  /// that ends before it begins, a checksum that is none.
+  void validate() const;
+};
+
+/// All that a calibration has found, with how sure it is, from what and until when.
+struct CalibrationArchive {
+  std::string rig_sha256;                      ///< rig_sha256() of the nominal rig
+  std::map<std::string, std::string> serials;  ///< device -> serial number or identity
+  std::optional<double> temperature_deg_c;
+  std::vector<StepResult> results;  ///< at most one of a step
+
+  /// Throws std::invalid_argument naming the result: as StepResult::validate(), a step twice.
+  void validate() const;
+};
+
+/// Where a step stands.
+enum class StepState {
+  missing,
+  valid,
+  stale,   ///< what it was made from has changed or is gone since
+  expired  ///< older than it may be
+};
+
+std::string_view to_string(StepState state);
+
+/// Of a rig description, as a number in the archive: 64 hexadecimal digits.
+std::string rig_sha256(const rig::RigDescription& rig);
+
+/// Of a result with all its numbers.
+std::string result_sha256(const StepResult& result);
+
+/// Null when the step has no result.
+const StepResult* find_result(const CalibrationArchive& archive, std::string_view step);
+
+/// A result is stale as soon as one it was made from is another, missing, or stale itself: nothing
+/// needs to be marked. Throws std::invalid_argument for a step that is none.
+StepState state_of(const CalibrationArchive& archive, std::string_view step, UtcSeconds now);
+
+/// Steps that have to be repeated, in order.
+std::vector<std::string> steps_to_take(const CalibrationArchive& archive, UtcSeconds now);
+
+/// The hashes a new result of `step` has to name. Throws std::invalid_argument when one of the
+/// steps it needs has no valid result: which, and why.
+std::map<std::string, std::string> inputs_of(const CalibrationArchive& archive,
+                                             std::string_view step, UtcSeconds now);
+
+/// Puts a result in the place of the older one of its step. Throws as StepResult::validate(); the
+/// archive then is as it was.
+void record(CalibrationArchive& archive, StepResult result);
+
+/// What a session is told besides the archive.
+struct CalibrationUse {
+  std::string rig_sha256;
+  std::map<std::string, std::string> serials;  ///< of the devices that are there
+  UtcSeconds now{};
+};
+
+/// Why a session should not use the archive, one line each: made on another rig, with other
+/// devices, steps missing, stale or expired, and what to do. Empty when it may.
+std::vector<std::string> reasons_against(const CalibrationArchive& archive,
+                                         const CalibrationUse& use);
+
+/// JSON, format "gonio-calibration-archive" (docs/formats.md); numbers read back exactly.
+std::string to_json(const CalibrationArchive& archive);
+
+/// Throws DataFormatError (path, key, found, expected), as instrument_from_json().
+CalibrationArchive calibration_archive_from_json(const std::string& text,
+                                                 const std::filesystem::path& place);
+CalibrationArchive read_calibration_archive(const std::filesystem::path& path);
+/// Replaces the file as a whole: a crash leaves the old one.
+void write_calibration_archive(const std::filesystem::path& path,
+                               const CalibrationArchive& archive);
+
+}  // namespace gonio::instrument

@@ -1,0 +1,220 @@
+#include "gonio/instrument/calibration_archive.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "gonio/files/sha256.h"
+#include "result_json.h"
+#include "rig_json.h"
+
+namespace gonio::instrument {
+namespace {
+
+// Rounding of a product J^T J; relative to the largest variance.
+constexpr double kAsymmetry = 1e-9;
+constexpr double kNegativeEigenvalue = 1e-9;
+
+bool is_sha256(const std::string& text) {
+  return text.size() == 64 && text.find_first_not_of("0123456789abcdef") == std::string::npos;
+}
+
+void require(bool ok, const std::string& step, const std::string& what) {
+  if (!ok) throw std::invalid_argument(fmt::format("step \"{}\": {}", step, what));
+}
+
+void require_covariance(const StepResult& result) {
+  const auto count = static_cast<Eigen::Index>(result.parameters.size());
+  const Eigen::MatrixXd& covariance = result.covariance;
+  require(covariance.rows() == count && covariance.cols() == count, result.step,
+          fmt::format("covariance: found {} x {}, expected {} x {}", covariance.rows(),
+                      covariance.cols(), count, count));
+  if (count == 0) return;
+  require(covariance.allFinite(), result.step, "covariance: found a number that is not finite");
+  require((covariance.diagonal().array() >= 0.0).all(), result.step,
+          "covariance: found a negative variance");
+  // Units differ by orders of magnitude: symmetry and definiteness are those of the correlations.
+  const Eigen::VectorXd sigma = covariance.diagonal().cwiseSqrt();
+  const Eigen::VectorXd scale =
+      sigma.unaryExpr([](double value) { return value > 0.0 ? 1.0 / value : 0.0; });
+  for (Eigen::Index i = 0; i < count; ++i) {
+    require(sigma[i] > 0.0 || (covariance.row(i).isZero(0.0) && covariance.col(i).isZero(0.0)),
+            result.step, "covariance: found a parameter without variance that varies with others");
+  }
+  const Eigen::MatrixXd correlation = scale.asDiagonal() * covariance * scale.asDiagonal();
+  require((correlation - correlation.transpose()).cwiseAbs().maxCoeff() <= kAsymmetry, result.step,
+          "covariance: found a matrix that is not symmetric");
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(correlation, Eigen::EigenvaluesOnly);
+  require(solver.eigenvalues().minCoeff() >= -kNegativeEigenvalue * static_cast<double>(count),
+          result.step, "covariance: found a matrix that is not positive semidefinite");
+}
+
+/// How a step that is asked about itself ends the walk: needs are earlier steps only.
+bool is_stale(const CalibrationArchive& archive, const StepResult& result) {
+  return std::any_of(result.inputs.begin(), result.inputs.end(), [&](const auto& input) {
+    const StepResult* used = find_result(archive, input.first);
+    return used == nullptr || result_sha256(*used) != input.second || is_stale(archive, *used);
+  });
+}
+
+}  // namespace
+
+std::string_view to_string(StepState state) {
+  switch (state) {
+    case StepState::missing:
+      return "missing";
+    case StepState::valid:
+      return "valid";
+    case StepState::stale:
+      return "stale";
+    case StepState::expired:
+      return "expired";
+  }
+  return "missing";
+}
+
+void StepResult::validate() const {
+  const CalibrationStep* known = find_calibration_step(step);
+  require(known != nullptr, step, "found no step of that name");
+  require(valid_until > finished, step, "valid_until: found an end before the beginning");
+  const std::set<std::string_view> needs(known->needs.begin(), known->needs.end());
+  for (const auto& [name, hash] : inputs) {
+    require(needs.contains(name), step, fmt::format("inputs: does not use \"{}\"", name));
+    require(is_sha256(hash), step, fmt::format("inputs.{}: expected 64 hexadecimal digits", name));
+  }
+  require(inputs.size() == needs.size(), step,
+          fmt::format("inputs: found {}, expected {}", inputs.size(), needs.size()));
+  std::set<std::string> names;
+  for (const CalibrationParameter& parameter : parameters) {
+    require(!parameter.name.empty() && names.insert(parameter.name).second, step,
+            fmt::format("parameters: \"{}\" has no name of its own", parameter.name));
+    require(std::isfinite(parameter.value), step, parameter.name + ": expected a finite number");
+  }
+  require_covariance(*this);
+  for (const auto& [name, value] : residuals) {
+    require(std::isfinite(value), step, "residuals." + name + ": expected a finite number");
+  }
+  for (const AcceptanceCheck& check : checks) {
+    require(std::isfinite(check.found) && std::isfinite(check.limit), step,
+            "checks." + check.name + ": expected finite numbers");
+    require(check.passed, step,
+            fmt::format("{}: found {:g}, expected at most {:g}; only what passed is kept",
+                        check.name, check.found, check.limit));
+  }
+  for (const RawData& raw : raw_data) {
+    require(is_sha256(raw.sha256), step,
+            "raw_data." + raw.file + ": expected 64 hexadecimal digits");
+  }
+}
+
+void CalibrationArchive::validate() const {
+  if (!is_sha256(rig_sha256)) {
+    throw std::invalid_argument("rig_sha256: expected 64 hexadecimal digits");
+  }
+  if (temperature_deg_c && !std::isfinite(*temperature_deg_c)) {
+    throw std::invalid_argument("temperature_deg_c: expected a finite number");
+  }
+  std::set<std::string> steps;
+  for (const StepResult& result : results) {
+    result.validate();
+    require(steps.insert(result.step).second, result.step, "found twice");
+  }
+}
+
+std::string rig_sha256(const rig::RigDescription& rig) {
+  return files::sha256_of_bytes(std::string_view(rig_to_json(rig).dump()));
+}
+
+std::string result_sha256(const StepResult& result) {
+  return files::sha256_of_bytes(std::string_view(result_to_json(result).dump()));
+}
+
+const StepResult* find_result(const CalibrationArchive& archive, std::string_view step) {
+  const auto found = std::find_if(archive.results.begin(), archive.results.end(),
+                                  [&](const StepResult& each) { return each.step == step; });
+  return found == archive.results.end() ? nullptr : &*found;
+}
+
+StepState state_of(const CalibrationArchive& archive, std::string_view step, UtcSeconds now) {
+  if (find_calibration_step(step) == nullptr) {
+    throw std::invalid_argument(fmt::format("found no calibration step \"{}\"", step));
+  }
+  const StepResult* result = find_result(archive, step);
+  if (result == nullptr) return StepState::missing;
+  if (is_stale(archive, *result)) return StepState::stale;
+  return now > result->valid_until ? StepState::expired : StepState::valid;
+}
+
+std::vector<std::string> steps_to_take(const CalibrationArchive& archive, UtcSeconds now) {
+  std::vector<std::string> steps;
+  std::set<std::string_view> anew;
+  for (const CalibrationStep& step : calibration_steps()) {
+    const bool on_old_ground = std::any_of(step.needs.begin(), step.needs.end(),
+                                           [&](auto need) { return anew.contains(need); });
+    if (!on_old_ground && state_of(archive, step.name, now) == StepState::valid) continue;
+    anew.insert(step.name);
+    steps.emplace_back(step.name);
+  }
+  return steps;
+}
+
+std::map<std::string, std::string> inputs_of(const CalibrationArchive& archive,
+                                             std::string_view step, UtcSeconds now) {
+  const CalibrationStep* known = find_calibration_step(step);
+  if (known == nullptr) {
+    throw std::invalid_argument(fmt::format("found no calibration step \"{}\"", step));
+  }
+  std::map<std::string, std::string> inputs;
+  for (const std::string_view need : known->needs) {
+    const StepState state = state_of(archive, need, now);
+    if (state != StepState::valid) {
+      throw std::invalid_argument(fmt::format("{} needs {}, which is {}: take that step first",
+                                              step, need, to_string(state)));
+    }
+    inputs.emplace(need, result_sha256(*find_result(archive, need)));
+  }
+  return inputs;
+}
+
+void record(CalibrationArchive& archive, StepResult result) {
+  result.validate();
+  std::erase_if(archive.results, [&](const StepResult& old) { return old.step == result.step; });
+  archive.results.push_back(std::move(result));
+}
+
+std::vector<std::string> reasons_against(const CalibrationArchive& archive,
+                                         const CalibrationUse& use) {
+  std::vector<std::string> reasons;
+  if (archive.rig_sha256 != use.rig_sha256) {
+    reasons.push_back(fmt::format(
+        "made on another rig: found {:.8}, expected {:.8}; calibrate this one, or use its rig file",
+        archive.rig_sha256, use.rig_sha256));
+  }
+  for (const auto& [device, serial] : archive.serials) {
+    const auto there = use.serials.find(device);
+    if (there != use.serials.end() && there->second != serial) {
+      reasons.push_back(fmt::format(
+          "{}: found \"{}\", expected \"{}\" as calibrated; what depends on it has to be repeated",
+          device, there->second, serial));
+    }
+  }
+  for (const CalibrationStep& step : calibration_steps()) {
+    const StepState state = state_of(archive, step.name, use.now);
+    if (state == StepState::valid) continue;
+    std::string since;
+    if (state == StepState::expired) {
+      since =
+          fmt::format(" since {:%Y-%m-%d %H:%M} UTC", find_result(archive, step.name)->valid_until);
+    }
+    reasons.push_back(fmt::format("{} is {}{}: gonio calibrate --only {}", step.name,
+                                  to_string(state), since, step.name));
+  }
+  return reasons;
+}
+
+}  // namespace gonio::instrument

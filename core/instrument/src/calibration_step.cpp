@@ -1,0 +1,54 @@
+#include "gonio/instrument/calibration_step.h"
+
+#include <algorithm>
+
+namespace gonio::instrument {
+namespace {
+
+using std::chrono::hours;
+
+constexpr hours kDay{24};
+constexpr hours kWeek = 7 * kDay;
+constexpr hours kMonth = 30 * kDay;
+/// Until something is taken apart: a year at most.
+constexpr hours kRebuild = 365 * kDay;
+
+}  // namespace
+
+std::span<const CalibrationStep> calibration_steps() {
+  static const std::vector<CalibrationStep> steps{
+      {"homing", "home marks and repeatability of the axes", {}, kDay},
+      {"backlash", "play of the axes", {"homing"}, kMonth},
+      {"settle_time", "how long the axes ring after a move", {"homing"}, kMonth},
+      {"warm_up", "the lamp's warm-up and drift", {}, kDay},
+      {"darks", "offset and dark current of every pixel", {}, kWeek},
+      {"photon_transfer", "gain, read noise, full well, PRNU, DSNU", {"darks"}, kMonth},
+      {"linearity", "response curve and shutter offset", {"darks", "photon_transfer"}, kMonth},
+      {"bad_pixels", "pixels that are not used", {"darks", "linearity"}, kMonth},
+      {"intrinsics", "focal length, principal point, distortion", {"bad_pixels"}, kRebuild},
+      {"stage_axes", "the axes and the camera's pose", {"intrinsics", "backlash"}, kRebuild},
+      {"sample_plane", "plane and normal of a sample", {"stage_axes"}, kMonth},
+      {"lamp_arm", "the lamp's place over its arc", {"stage_axes", "sample_plane"}, kRebuild},
+      {"zero_offsets", "zeros of the axes from mirror peaks", {"lamp_arm"}, kMonth},
+      {"flat_field",
+       "the lamp's field and the lens' falloff",
+       {"linearity", "warm_up", "zero_offsets"},
+       kMonth},
+      {"stray_light", "light that comes by other ways", {"flat_field"}, kRebuild},
+      {"white",
+       "the instrument constant on the white reference",
+       {"flat_field", "stray_light"},
+       kDay},
+      {"colour", "the colour matrix", {"white"}, kRebuild},
+      {"verification", "that all of it holds at other poses", {"white", "zero_offsets"}, kDay}};
+  return steps;
+}
+
+const CalibrationStep* find_calibration_step(std::string_view name) {
+  const auto steps = calibration_steps();
+  const auto found = std::find_if(steps.begin(), steps.end(),
+                                  [&](const CalibrationStep& step) { return step.name == name; });
+  return found == steps.end() ? nullptr : &*found;
+}
+
+}  // namespace gonio::instrument

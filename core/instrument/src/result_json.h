@@ -1,0 +1,13 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "gonio/instrument/calibration_archive.h"
+#include "json_fields.h"
+
+namespace gonio::instrument {
+
+nlohmann::ordered_json result_to_json(const StepResult& result);
+StepResult result_from_json(JsonFields& fields);
+
+}  // namespace gonio::instrument

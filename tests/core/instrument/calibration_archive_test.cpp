@@ -1,0 +1,189 @@
+#include "gonio/instrument/calibration_archive.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <set>
+
+#include "example_instrument.h"
+#include "gonio/errors/errors.h"
+#include "temporary_folder.h"
+
+namespace gonio::instrument {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+constexpr UtcSeconds kNoon{std::chrono::seconds(1800000000)};
+
+StepResult result_of(const CalibrationArchive& archive, std::string_view step, UtcSeconds at,
+                     double value = 1.0) {
+  StepResult result;
+  result.step = step;
+  result.finished = at;
+  result.valid_until = at + find_calibration_step(step)->valid;
+  result.inputs = inputs_of(archive, step, at);
+  result.parameters = {{"first", "px", value}, {"second", "", 1.0 / 3.0}};
+  result.covariance = Eigen::Matrix2d{{4e-6, 1e-9}, {1e-9, 1e-12}};
+  result.residuals = {{"rms_px", 0.03}};
+  result.checks = {{"rms", 0.03, 0.1, true}};
+  result.raw_data = {{"frames/1.tif", std::string(64, 'a')}};
+  result.notes = {"twelve views"};
+  return result;
+}
+
+/// A whole calibration.
+CalibrationArchive whole(UtcSeconds at = kNoon) {
+  CalibrationArchive archive;
+  archive.rig_sha256 = rig_sha256(example_instrument().rig);
+  archive.serials = {{"camera", "22001122"}};
+  archive.temperature_deg_c = 22.5;
+  for (const CalibrationStep& step : calibration_steps()) {
+    record(archive, result_of(archive, step.name, at));
+  }
+  return archive;
+}
+
+CalibrationUse use_at(UtcSeconds now) {
+  return {rig_sha256(example_instrument().rig), {{"camera", "22001122"}}, now};
+}
+
+TEST(CalibrationSteps, NeedOnlyEarlierOnes) {
+  std::set<std::string_view> earlier;
+  for (const CalibrationStep& step : calibration_steps()) {
+    for (const auto need : step.needs) EXPECT_TRUE(earlier.contains(need)) << step.name;
+    EXPECT_TRUE(earlier.insert(step.name).second) << step.name;
+    EXPECT_GT(step.valid.count(), 0);
+  }
+  EXPECT_EQ(find_calibration_step("darkness"), nullptr);
+}
+
+TEST(CalibrationArchive, WholeAndFreshItMayBeUsed) {
+  EXPECT_THAT(reasons_against(whole(), use_at(kNoon)), IsEmpty());
+  EXPECT_THAT(steps_to_take(whole(), kNoon), IsEmpty());
+}
+
+TEST(CalibrationArchive, NewResultMakesAllThatRestOnItStale) {
+  CalibrationArchive archive = whole();
+  record(archive, result_of(archive, "intrinsics", kNoon, 2.0));
+  for (const char* step : {"stage_axes", "sample_plane", "lamp_arm", "zero_offsets", "flat_field",
+                           "stray_light", "white", "colour", "verification"}) {
+    EXPECT_EQ(state_of(archive, step, kNoon), StepState::stale) << step;
+  }
+  for (const char* step : {"darks", "photon_transfer", "backlash", "intrinsics"}) {
+    EXPECT_EQ(state_of(archive, step, kNoon), StepState::valid) << step;
+  }
+  EXPECT_EQ(steps_to_take(archive, kNoon).front(), "stage_axes");
+  EXPECT_EQ(steps_to_take(archive, kNoon).size(), 9U);
+}
+
+TEST(CalibrationArchive, TheSameResultAgainMakesNothingStale) {
+  CalibrationArchive archive = whole();
+  record(archive, *find_result(archive, "intrinsics"));
+  EXPECT_THAT(steps_to_take(archive, kNoon), IsEmpty());
+  EXPECT_EQ(archive.results.size(), calibration_steps().size());
+}
+
+TEST(CalibrationArchive, WhatHasExpiredIsTakenAgainWithWhatRestsOnIt) {
+  const CalibrationArchive archive = whole();
+  const UtcSeconds in_two_days = kNoon + std::chrono::hours(48);
+  EXPECT_EQ(state_of(archive, "white", in_two_days), StepState::expired);
+  EXPECT_EQ(state_of(archive, "darks", in_two_days), StepState::valid);
+  EXPECT_THAT(steps_to_take(archive, in_two_days), testing::Contains("colour"));  // on the white
+  EXPECT_THAT(reasons_against(archive, use_at(in_two_days)),
+              testing::Contains(HasSubstr("white is expired since 2027-01-16 08:00 UTC: gonio "
+                                          "calibrate --only white")));
+}
+
+TEST(CalibrationArchive, NothingIsMeasuredOnGroundThatDoesNotHold) {
+  CalibrationArchive archive;
+  archive.rig_sha256 = std::string(64, '0');
+  EXPECT_THAT(
+      [&] { inputs_of(archive, "photon_transfer", kNoon); },
+      testing::ThrowsMessage<std::invalid_argument>(HasSubstr("needs darks, which is missing")));
+  EXPECT_THROW(state_of(archive, "darkness", kNoon), std::invalid_argument);
+}
+
+TEST(CalibrationArchive, AnotherRigOrCameraIsARefusal) {
+  CalibrationUse use = use_at(kNoon);
+  auto other = example_instrument().rig;
+  other.axes[1].max += Angle::from_degrees(1.0);
+  use.rig_sha256 = rig_sha256(other);
+  use.serials["camera"] = "22001123";
+  EXPECT_THAT(reasons_against(whole(), use),
+              ElementsAre(HasSubstr("another rig"),
+                          HasSubstr("camera: found \"22001123\", expected \"22001122\"")));
+}
+
+TEST(CalibrationArchive, RefusesResultsThatAreNone) {
+  const CalibrationArchive archive = whole();
+  const auto refused = [&](const std::function<void(StepResult&)>& spoil, const char* says) {
+    StepResult result = *find_result(archive, "photon_transfer");
+    spoil(result);
+    CalibrationArchive copy = archive;
+    EXPECT_THAT([&] { record(copy, result); },
+                testing::ThrowsMessage<std::invalid_argument>(HasSubstr(says)));
+    EXPECT_EQ(to_json(copy), to_json(archive));
+  };
+  refused([](StepResult& r) { r.step = "darkness"; }, "no step of that name");
+  refused([](StepResult& r) { r.checks[0].passed = false; }, "only what passed is kept");
+  refused([](StepResult& r) { r.inputs.clear(); }, "inputs: found 0, expected 1");
+  refused([](StepResult& r) { r.inputs["white"] = std::string(64, 'b'); },
+          "does not use \"white\"");
+  refused([](StepResult& r) { r.inputs["darks"] = "b"; }, "64 hexadecimal");
+  refused([](StepResult& r) { r.valid_until = r.finished; }, "an end before the beginning");
+  refused([](StepResult& r) { r.parameters[1].name = "first"; }, "name of its own");
+  refused([](StepResult& r) { r.parameters[1].value = std::nan(""); }, "finite");
+  refused([](StepResult& r) { r.covariance.resize(1, 1); }, "expected 2 x 2");
+  refused([](StepResult& r) { r.covariance(0, 1) = 1e-8; }, "not symmetric");
+  refused([](StepResult& r) { r.covariance(0, 1) = r.covariance(1, 0) = 3e-9; }, "semidefinite");
+  refused([](StepResult& r) { r.covariance(1, 1) = -1.0; }, "negative variance");
+  refused([](StepResult& r) { r.covariance(1, 1) = 0.0; }, "varies with others");
+  refused([](StepResult& r) { r.residuals["x"] = std::nan(""); }, "residuals.x");
+  refused([](StepResult& r) { r.raw_data[0].sha256 = "z"; }, "raw_data");
+}
+
+TEST(CalibrationArchiveFile, ReadsBackWhatItWrote) {
+  const TemporaryFolder folder;
+  const CalibrationArchive archive = whole();
+  write_calibration_archive(folder.path() / "archive.json", archive);
+  write_calibration_archive(folder.path() / "archive.json", archive);  // replaces
+  const CalibrationArchive read = read_calibration_archive(folder.path() / "archive.json");
+  EXPECT_EQ(to_json(read), to_json(archive));
+  EXPECT_EQ(read.results[3].covariance, archive.results[3].covariance);
+  // Hashes of what was read are those of what was written: a file makes nothing stale.
+  EXPECT_THAT(reasons_against(read, use_at(kNoon)), IsEmpty());
+}
+
+TEST(CalibrationArchiveFile, NamesTheBadPlace) {
+  const std::string good = to_json(whole());
+  const auto refused = [&](const std::string& from, const std::string& to, const char* says) {
+    std::string text = good;
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    EXPECT_THAT([&] { calibration_archive_from_json(text, "archive.json"); },
+                testing::ThrowsMessage<DataFormatError>(
+                    testing::AllOf(HasSubstr("archive.json"), HasSubstr(says))))
+        << from << " -> " << to;
+  };
+  refused("gonio-calibration-archive", "gonio-calibration", "format");
+  refused("\"version\": 1", "\"version\": 2", "version");
+  refused("\"temperature_deg_c\": 22.5", "\"temperature_deg_c\": \"warm\"", "temperature_deg_c");
+  refused("\"camera\": \"22001122\"", "\"camera\": 22001122", "serials.camera");
+  refused("\"step\": \"homing\"", "\"step\": \"darks\"", "found twice");
+  refused("\"finished_utc_s\": 1800000000", "\"finished_utc_s\": 18000000000000000000",
+          "results[0].finished_utc_s");
+  refused("\"finished_utc_s\": 1800000000", "\"finished_utc_s\": 1.5", "finished_utc_s");
+  refused("\"covariance\": [", "\"covariance\": [1.0,", "results[0].covariance");
+  refused("\"notes\": [", "\"notes\": [1,", "results[0].notes");
+  refused("\"rms_px\": 0.03", "\"rms_px\": \"small\"", "results[0].residuals.rms_px");
+  refused("\"notes\"", "\"note\"", "notes");
+  refused("}", "", "not valid JSON");
+}
+
+}  // namespace
+}  // namespace gonio::instrument
