@@ -72,7 +72,8 @@ std::vector<VectorXd> residuals_of(const LeastSquaresProblem& problem, const Sta
   return residuals;
 }
 
-/// Rows of one block, weighted and in units of sigma.
+/// Rows of one block, weighted and in units of sigma. Derivatives by the last globals may be left
+/// at 0: only the covariance needs those by the considered ones.
 struct Linearised {
   MatrixXd by_global;
   MatrixXd by_local;
@@ -80,11 +81,12 @@ struct Linearised {
 };
 
 Linearised linearise(const LeastSquaresProblem& problem, const ResidualBlock& block,
-                     const VectorXd& global, const VectorXd& local, double sigma) {
-  Linearised rows{MatrixXd(length(block), global.size()), MatrixXd(length(block), local.size()),
-                  residual_at(block, global, local)};
+                     const VectorXd& global, const VectorXd& local, double sigma,
+                     Index first_globals) {
+  Linearised rows{MatrixXd::Zero(length(block), global.size()),
+                  MatrixXd(length(block), local.size()), residual_at(block, global, local)};
   VectorXd moved = global;
-  for (Index k = 0; k < global.size(); ++k) {
+  for (Index k = 0; k < first_globals; ++k) {
     const double step = problem.global_step[k];
     moved[k] = global[k] + step;
     const VectorXd above = residual_at(block, moved, local);
@@ -113,11 +115,12 @@ Linearised linearise(const LeastSquaresProblem& problem, const ResidualBlock& bl
 }
 
 std::vector<Linearised> linearise_all(const LeastSquaresProblem& problem, const State& state,
-                                      double sigma) {
+                                      double sigma, Index first_globals) {
   std::vector<Linearised> all;
   all.reserve(problem.blocks.size());
   for (std::size_t b = 0; b < problem.blocks.size(); ++b) {
-    all.push_back(linearise(problem, problem.blocks[b], state.global, state.local[b], sigma));
+    all.push_back(
+        linearise(problem, problem.blocks[b], state.global, state.local[b], sigma, first_globals));
     if (!all.back().by_global.allFinite() || !all.back().by_local.allFinite()) {
       throw NumericalError("least squares: the model has no derivative near its solution");
     }
@@ -200,7 +203,7 @@ int descend_to_minimum(const LeastSquaresProblem& problem, State& state, double 
   }
   double damping = kFirstDamping;
   for (int iteration = 1; iteration <= kMaxIterations; ++iteration) {
-    const auto rows = linearise_all(problem, state, sigma);
+    const auto rows = linearise_all(problem, state, sigma, free);
     double gain = -1.0;
     while (gain < 0.0 && damping < kMaxDamping) {
       const State trial = moved_by(state, reduce(rows, state.global.size(), damping), free);
@@ -323,7 +326,7 @@ LeastSquaresSolution solve(const LeastSquaresProblem& problem) {
   for (int pass = 1;; ++pass) {
     solution.iterations += descend_to_minimum(problem, state, sigma, free);
     solution.residuals = residuals_of(problem, state);
-    const auto rows = linearise_all(problem, state, sigma);
+    const auto rows = linearise_all(problem, state, sigma, state.global.size());
     const Reduced reduced = reduce(rows, state.global.size(), 0.0);
     const MatrixXd inverse = inverse_of(reduced.matrix.topLeftCorner(free, free));
     const Spread spread = spread_of(problem, solution.residuals, rows, reduced, inverse, sigma);
