@@ -34,7 +34,7 @@ const cli::RigFile* rig_file() {
 }
 
 std::shared_ptr<cli::OpenedRig> open(cli::Parts parts) {
-  return cli::open_hardware_rig(*rig_file(), parts);
+  return cli::open_hardware_rig(*rig_file(), parts, {});
 }
 
 template <typename Device>

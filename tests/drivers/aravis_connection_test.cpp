@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,20 @@ TEST_F(AravisConnection, ReconnectingIsBounded) {
   expect_error(DeviceErrc::Disconnected, "nobody answers", [&] { camera().capture(1ms); });
   paper_.absent = paper_.dead = false;
   camera().capture(1ms);
+}
+
+TEST_F(AravisConnection, StopEndsConnectingWithTheAttemptUnderWay) {
+  AravisCameraOptions of = options();
+  of.open_patience = std::chrono::hours(1);
+  std::stop_source stop;
+  int attempts = 0;
+  const LinkOpener nobody = [&]() -> std::unique_ptr<CameraLink> {
+    if (++attempts == 2) stop.request_stop();
+    throw DeviceError(DeviceErrc::Disconnected, "camera", "nobody answers");
+  };
+  expect_error(DeviceErrc::Stopped, "asked to stop",
+               [&] { AravisCamera(of, clock_, nobody, stop.get_token()); });
+  EXPECT_EQ(attempts, 2);
 }
 
 TEST_F(AravisConnection, AnotherCameraAtTheSameAddressIsRefused) {

@@ -267,6 +267,26 @@ wait $child
   EXPECT_EQ(std::stoi(folder_.read("coil")), 0);
 }
 
+// Without it the camera is waited for ten seconds.
+TEST_F(OnTheWire, ASignalIsHeardWhileASilentCameraIsWaitedFor) {
+  folder_.write("stop.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
+"$gonio" rig check rig.toml --connect 2>log >&2 &
+child=$!
+# Its watchdog is there: it opens devices.
+while kill -0 $child && [ -z "`cat /proc/$child/task/*/children`" ]; do :; done
+stopped=$(date +%s%N)
+kill -TERM $child
+wait $child
+echo $? >code
+echo $(( ($(date +%s%N) - stopped) / 1000000 )) >took_ms
+cat log >&2
+)");
+  const Ended ended = in_the_machine("stop.sh", {"--fault", "dead_link@camera"});
+  EXPECT_THAT(ended.error, HasSubstr("interrupted"));
+  EXPECT_EQ(std::stoi(folder_.read("code")), 1);
+  EXPECT_LT(std::stod(folder_.read("took_ms")), 8000.0);  // 3 s, and a busy machine
+}
+
 TEST_F(OnTheWire, RefusesToEmulateWhatOthersCouldSee) {
   std::string rig = small_wire_rig();
   const std::string id = "id = \"127.0.0.1\"";

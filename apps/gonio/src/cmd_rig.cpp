@@ -53,7 +53,7 @@ int check(Context& context, const CheckOptions& options) {
   if (file.driver == RigFile::Driver::hardware) check_hardware_options(file);
   // Nothing moves: opening a device asks who it is and closes the shutter.
   std::vector<DeviceIdentity> devices;
-  if (options.connect) devices = open_rig(file, Parts::all)->identities();
+  if (options.connect) devices = open_rig(file, Parts::all, context.stop)->identities();
   const bool in_plane_only = rig::reach_rank(known.rig) < 3;
   if (options.json) {
     nlohmann::ordered_json refused = nlohmann::ordered_json::object();

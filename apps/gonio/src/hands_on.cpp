@@ -21,7 +21,7 @@ HandsOn::HandsOn(Context& context, const HandsOnOptions& options, Parts parts)
     : context_(context),
       options_(options),
       known_(known_rig(options.rig, options.calibration)),
-      opened_(open_rig(known_.file, parts)) {
+      opened_(open_rig(known_.file, parts, context.stop)) {
   const auto note = [&console = context.console](std::chrono::nanoseconds, const std::string& kind,
                                                  const std::string& text) {
     console.warn(kind + ": " + text);

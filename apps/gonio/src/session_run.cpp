@@ -117,8 +117,8 @@ acquisition::SessionResult run_session(const Console& console, const SessionSetu
                                        std::stop_token stop) {
   // What can be refused is refused before a device is opened.
   if (!session.simulated) check_session(session);
-  const auto rig =
-      session.simulated ? open_simulated(session) : open_hardware_rig(session.rig, Parts::all);
+  const auto rig = session.simulated ? open_simulated(session)
+                                     : open_hardware_rig(session.rig, Parts::all, stop);
   AskingChanger person(rig->devices().changer);
   const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
   check(devices, session);

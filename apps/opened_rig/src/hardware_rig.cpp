@@ -11,6 +11,7 @@
 #include <future>
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <utility>
 
 #include "device_options.h"
@@ -106,9 +107,10 @@ std::unique_ptr<usbtmc_monitor::UsbtmcMonitor> open_monitor(const RigFile& rig) 
 }
 
 std::unique_ptr<aravis_camera::AravisCamera> open_camera(const RigFile& rig,
-                                                         const devices::SteadyClock& clock) {
+                                                         const devices::SteadyClock& clock,
+                                                         const std::stop_token& stop) {
   return from_rig_file(rig, "camera_device", [&] {
-    return std::make_unique<aravis_camera::AravisCamera>(camera_options(rig), clock);
+    return std::make_unique<aravis_camera::AravisCamera>(camera_options(rig), clock, stop);
   });
 }
 
@@ -116,17 +118,24 @@ class HardwareRig final : public OpenedRig {
  public:
   /// Opening moves nothing. The axes come first: their ports have one master, and whoever is second
   /// must not touch the lamp of the first.
-  HardwareRig(const RigFile& rig, Parts parts)
+  HardwareRig(const RigFile& rig, Parts parts, const std::stop_token& stop)
       : clock_(time_scale_of_environment()),
         watchdog_(rig, [this] { unwatched(); }),
         buses_(rig.devices) {
+    const auto require_wanted = [&] {
+      if (!stop.stop_requested()) return;
+      throw DeviceError(devices::DeviceErrc::Stopped, "rig", "asked to stop while it was opened");
+    };
     for (std::size_t i = 0; i < rig.rig.axes.size(); ++i) {
+      require_wanted();
       stages_.push_back(open_stage(rig, i, buses_, clock_));
     }
+    require_wanted();
     lamp_ = open_lamp(rig, buses_, clock_);
     if (parts == Parts::all) {
+      require_wanted();
       if (!rig.devices.monitor.serial.empty()) monitor_ = open_monitor(rig);
-      camera_ = open_camera(rig, clock_);
+      camera_ = open_camera(rig, clock_, stop);
     }
     for (const Stage& each : stages_) devices_.stages.push_back(each.stage.get());
     devices_.light = lamp_.get();
@@ -246,9 +255,10 @@ void check_hardware_options(const RigFile& rig) {
   from_rig_file(rig, "camera_device", [&] { camera_options(rig).validate(); });
 }
 
-std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts) {
+std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts,
+                                             const std::stop_token& stop) {
   check_hardware_options(rig);
-  return std::make_unique<HardwareRig>(rig, parts);
+  return std::make_unique<HardwareRig>(rig, parts, stop);
 }
 
 }  // namespace gonio::cli

@@ -42,8 +42,9 @@ std::unique_ptr<OpenedRig> open_simulated_rig(const sim::SimOptions& world) {
   return std::make_unique<SimulatedRig>(world);
 }
 
-std::unique_ptr<OpenedRig> open_rig(const RigFile& rig, Parts parts, std::uint64_t seed) {
-  if (rig.driver == RigFile::Driver::hardware) return open_hardware_rig(rig, parts);
+std::unique_ptr<OpenedRig> open_rig(const RigFile& rig, Parts parts, const std::stop_token& stop,
+                                    std::uint64_t seed) {
+  if (rig.driver == RigFile::Driver::hardware) return open_hardware_rig(rig, parts, stop);
   const auto plate = std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(kPlateAlbedo));
   return open_simulated_rig(simulated_world(rig, plate, seed));
 }

@@ -37,11 +37,13 @@ std::chrono::nanoseconds from_us(double us) {
 /// The state machine: connected or not, and the acquisition in order or to be started anew.
 class AravisCamera::Machine {
  public:
-  Machine(const AravisCameraOptions& options, const devices::SteadyClock& clock, LinkOpener opener)
+  Machine(const AravisCameraOptions& options, const devices::SteadyClock& clock, LinkOpener opener,
+          std::stop_token stop)
       : options_(checked(options)),
         reader_(options_, identity_, counters_),
         clock_(clock),
-        opener_(std::move(opener)) {
+        opener_(std::move(opener)),
+        stop_(std::move(stop)) {
     connect();
   }
 
@@ -157,6 +159,9 @@ class AravisCamera::Machine {
     link_.reset();
     lost_ = true;
     while (true) {
+      if (stop_.stop_requested()) {
+        throw DeviceError(DeviceErrc::Stopped, name(), "asked to stop while it was connected to");
+      }
       try {
         link_ = opener_();
         break;
@@ -328,6 +333,7 @@ class AravisCamera::Machine {
   FrameReader reader_;
   const devices::SteadyClock& clock_;
   LinkOpener opener_;
+  std::stop_token stop_;  ///< of connecting
   std::unique_ptr<CameraLink> link_;
   std::uint64_t next_frame_ = 0;
   std::chrono::nanoseconds exposure_set_{0};  ///< the longest that may be under way
@@ -336,8 +342,8 @@ class AravisCamera::Machine {
 };
 
 AravisCamera::AravisCamera(const AravisCameraOptions& options, const devices::SteadyClock& clock,
-                           LinkOpener opener)
-    : machine_(std::make_unique<Machine>(options, clock, std::move(opener))) {}
+                           LinkOpener opener, std::stop_token stop)
+    : machine_(std::make_unique<Machine>(options, clock, std::move(opener), std::move(stop))) {}
 AravisCamera::~AravisCamera() = default;
 
 const std::string& AravisCamera::name() const { return machine_->name(); }

@@ -5,7 +5,9 @@
 #include <array>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "arrivals.h"
@@ -354,8 +356,9 @@ class AravisLink final : public CameraLink {
 
 }  // namespace
 
-AravisCamera::AravisCamera(const AravisCameraOptions& options, const devices::SteadyClock& clock)
-    : AravisCamera(options, clock, aravis_opener(options)) {}
+AravisCamera::AravisCamera(const AravisCameraOptions& options, const devices::SteadyClock& clock,
+                           std::stop_token stop)
+    : AravisCamera(options, clock, aravis_opener(options), std::move(stop)) {}
 
 LinkOpener aravis_opener(const AravisCameraOptions& options) {
   return [options] { return std::make_unique<AravisLink>(options); };

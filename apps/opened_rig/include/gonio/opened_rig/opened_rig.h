@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -53,10 +54,14 @@ std::unique_ptr<OpenedRig> open_simulated_rig(const sim::SimOptions& world);
 void check_hardware_options(const RigFile& rig);
 
 /// The devices that a rig file with driver "hardware" names. Throws devices::DeviceError naming the
-/// one that does not answer, UsageError for one whose library this program was built without.
-std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts);
+/// one that does not answer, UsageError for one whose library this program was built without. A
+/// `stop` is heard before each device, within 3 s also while a silent camera is waited for, and
+/// ends as DeviceError, Stopped, with all ports closed again.
+std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts,
+                                             const std::stop_token& stop);
 
 /// Either, by the rig's driver; a simulated one holds a plain grey plate and comes from `seed`.
-std::unique_ptr<OpenedRig> open_rig(const RigFile& rig, Parts parts, std::uint64_t seed = 1);
+std::unique_ptr<OpenedRig> open_rig(const RigFile& rig, Parts parts, const std::stop_token& stop,
+                                    std::uint64_t seed = 1);
 
 }  // namespace gonio::cli

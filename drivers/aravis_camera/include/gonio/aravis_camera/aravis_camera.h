@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -42,12 +43,14 @@ namespace gonio::aravis_camera {
 class AravisCamera final : public devices::Camera, public devices::TemperatureSensor {
  public:
   /// Connected and verified once constructed. The clock must outlive it; its scale is that of an
-  /// emulated camera's time against the host's. Throws std::invalid_argument as validate() does,
-  /// DeviceError.
-  AravisCamera(const AravisCameraOptions& options, const devices::SteadyClock& clock);
+  /// emulated camera's time against the host's. After `stop` no attempt to connect begins, now or
+  /// later; one under way takes 2.5 s at most where nobody answers. Throws std::invalid_argument as
+  /// validate() does, DeviceError; Stopped after `stop`.
+  AravisCamera(const AravisCameraOptions& options, const devices::SteadyClock& clock,
+               std::stop_token stop = {});
   /// Over another link than Aravis'.
   AravisCamera(const AravisCameraOptions& options, const devices::SteadyClock& clock,
-               LinkOpener opener);
+               LinkOpener opener, std::stop_token stop = {});
   ~AravisCamera() override;
 
   const std::string& name() const override;
