@@ -317,8 +317,8 @@ LampArm fit_lamp_arm(const StageAxes& stage, std::span<const MirrorView> views,
     solution = refine_lamp(stage, geometry, views, mount, options, lamp);
   } catch (const NumericalError& error) {
     throw StepRefused(
-        fmt::format("{}: the mirror views give no path ({}): take more, at more arm "
-                    "angles and mirror tilts",
+        fmt::format("{}: the mirror views give no path ({}): mirror or lamp moved, or "
+                    "take more, at more arm angles and mirror tilts",
                     kLampStep, error.what()));
   }
   double squares = 0.0;

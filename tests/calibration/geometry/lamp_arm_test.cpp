@@ -223,7 +223,7 @@ TEST(LampArm, RefusesInOneLine) {
       [](Views& v, StageAxes&) {
         for (std::size_t k = 0; k < v.size(); k += 2) v[k].pixel.y() += 4.0;  // the mirror slips
       },
-      "px rms");
+      "mirror or lamp moved");
   refusal([](Views& v, StageAxes&) { v[9].joints[1] += Angle::from_degrees(150.0); }, "away");
   refusal([](Views&, StageAxes& s) { s.rig.lamp.links.clear(); }, "no lamp on one arm");
 }
