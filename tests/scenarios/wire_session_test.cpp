@@ -195,7 +195,7 @@ TEST_F(OnTheWire, AKilledProgramLeavesStandingAxes) {
   folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" home rig.toml -q >&2 || exit 9
 "$gonio" goto rig.toml lamp_arm=10 azimuth=60 tilt=40 -v 2>log &
-until grep -q "about" log; do :; done
+until grep -q "about" log; do kill -0 $! || exit 9; done
 sleep 0.3
 kill -KILL $!
 )" + kAfterTheKill + R"(
@@ -222,7 +222,7 @@ done
 TEST_F(OnTheWire, AKilledProgramLeavesAClosedShutter) {
   folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" shutter rig.toml open --channel G 2>log &
-until grep -q "G is lit" log; do :; done
+until grep -q "G is lit" log; do kill -0 $! || exit 9; done
 kill -KILL $!
 )" + kAfterTheKill);
   const Ended ended = in_the_machine("kill.sh");
@@ -235,7 +235,7 @@ kill -KILL $!
 TEST_F(OnTheWire, ASilentAxisDoesNotKeepTheShutterOpen) {
   folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" shutter rig.toml open --channel G 2>log &
-until grep -q "G is lit" log; do :; done
+until grep -q "G is lit" log; do kill -0 $! || exit 9; done
 sleep 1  # four seconds of the world, after three of which the axis is silent
 kill -KILL $!
 exec 3<>/dev/tcp/127.0.0.1/1502
@@ -254,9 +254,9 @@ TEST_F(OnTheWire, AProgramThatLosesItsWatchdogStops) {
   folder_.write("lost.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" shutter rig.toml open --channel G 2>log &
 child=$!
-until grep -q "G is lit" log; do :; done
+until grep -q "G is lit" log; do kill -0 $! || exit 9; done
 kill -KILL $(cat /proc/$child/task/*/children)
-until grep -q "watchdog has died" log; do :; done
+until grep -q "watchdog has died" log; do kill -0 $child || exit 9; done
 exec 3<>/dev/tcp/127.0.0.1/1502
 printf '\x00\x01\x00\x00\x00\x06\x01\x01\x00\x00\x00\x01' >&3
 head -c 10 <&3 | od -An -tu1 -j9 >coil
