@@ -35,6 +35,25 @@ TEST(CommandLine, SaysItsVersion) {
   EXPECT_THAT(ended.out, testing::StartsWith("gonio 0."));
 }
 
+TEST(CommandLine, PointsToTheHelpOfTheCommandThatWasCalled) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(run_gonio({"rig", "check"}, folder.path()).error,
+              HasSubstr("gonio rig check --help"));
+}
+
+TEST(CommandLine, RigCheckSaysWhatIsWhereAndWhatNobodyHasConfirmed) {
+  const TemporaryFolder folder;
+  const Ended ended =
+      run_gonio({"rig", "check", std::string(GONIO_RIGS) + "/lab_example.toml"}, folder.path());
+  EXPECT_EQ(ended.exit_code, 0) << ended.error;
+  EXPECT_THAT(ended.out,
+              testing::ContainsRegex("device +lamp_arm +Modbus, leadshine-em2rs, unit 1 "
+                                     "on stages .*not confirmed by a manual: stop, home"));
+  EXPECT_THAT(ended.out, testing::ContainsRegex("azimuth +Modbus, oriental-az.*need --home"));
+  EXPECT_THAT(ended.out, testing::ContainsRegex("tilt +APT, K10CR1 serial 55000001"));
+  EXPECT_THAT(ended.out, testing::ContainsRegex("camera +192.168.1.50, Mono12p"));
+}
+
 TEST(CommandLine, SuggestsWhatMayHaveBeenMeant) {
   const TemporaryFolder folder;
   const Ended subcommand = run_gonio({"reconstuct"}, folder.path());

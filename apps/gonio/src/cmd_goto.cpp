@@ -83,8 +83,8 @@ int go(Context& context, const GotoOptions& options) {
 void add_goto(const Command& root) {
   auto options = std::make_shared<GotoOptions>();
   const Command command = root.add("goto", "Move axes to angles, or to a BRDF direction",
-                                   "gonio goto rigs/lab.toml lamp_arm=45 tilt=10\n"
-                                   "  gonio goto rigs/lab.toml --direction 10,30,90");
+                                   "gonio goto rigs/lab_example.toml lamp_arm=45 tilt=10\n"
+                                   "  gonio goto rigs/lab_example.toml --direction 10,30,90");
   add_hands_on_options(command, *options, true);
   command.texts("TARGET", options->targets, "AXIS=DEGREES, as many as wanted");
   command.numbers("--direction", options->direction_deg, "theta_h,theta_d,phi_d in degrees");

@@ -30,7 +30,7 @@ int home(Context& context, const HomeOptions& options) {
 void add_home(const Command& root) {
   auto options = std::make_shared<HomeOptions>();
   const Command command =
-      root.add("home", "Home all axes; say where they stand", "gonio home rigs/lab.toml");
+      root.add("home", "Home all axes; say where they stand", "gonio home rigs/lab_example.toml");
   add_hands_on_options(command, *options, false);
   command.flag("--reset-alarms", options->reset_alarms,
                "Clear the drives' alarms first; you have looked what they are about");

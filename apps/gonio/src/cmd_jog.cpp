@@ -26,7 +26,7 @@ int jog(Context& context, const JogOptions& options) {
 void add_jog(const Command& root) {
   auto options = std::make_shared<JogOptions>();
   const Command command =
-      root.add("jog", "Turn one axis by some degrees", "gonio jog rigs/lab.toml tilt -0.5");
+      root.add("jog", "Turn one axis by some degrees", "gonio jog rigs/lab_example.toml tilt -0.5");
   add_hands_on_options(command, *options, true);
   command.text("AXIS", options->axis, "Name in the rig file", Need::required);
   command.number("DEG", options->by_deg, -3600.0, 3600.0, "How far", Need::required);

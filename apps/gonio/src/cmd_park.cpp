@@ -18,8 +18,8 @@ int park(Context& context, const HandsOnOptions& options) {
 
 void add_park(const Command& root) {
   auto options = std::make_shared<HandsOnOptions>();
-  const Command command =
-      root.add("park", "Close the shutter, go to the home pose", "gonio park rigs/lab.toml");
+  const Command command = root.add("park", "Close the shutter, go to the home pose",
+                                   "gonio park rigs/lab_example.toml");
   add_hands_on_options(command, *options, true);
   command.on_call(options, park);
 }

@@ -52,7 +52,7 @@ int check(Context& context, const CheckOptions& options) {
   }
   if (file.driver == RigFile::Driver::hardware) check_hardware_options(file);
   // Nothing moves: opening a device asks who it is and closes the shutter.
-  std::vector<DeviceIdentity> devices;
+  std::vector<DeviceIdentity> devices = named_devices(file);
   if (options.connect) devices = open_rig(file, Parts::all, context.stop)->identities();
   const bool in_plane_only = rig::reach_rank(known.rig) < 3;
   if (options.json) {
@@ -96,6 +96,9 @@ int check(Context& context, const CheckOptions& options) {
     text += fmt::format("device          {:<12} {}\n", each.device, printable_line(each.identity));
   }
   context.console.result(text);
+  if (!devices.empty() && !options.connect) {
+    context.console.say("--connect asks the devices who they are; nothing moves");
+  }
   return kSuccess;
 }
 

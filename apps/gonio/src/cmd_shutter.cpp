@@ -55,8 +55,9 @@ int shutter(Context& context, const ShutterOptions& options) {
 
 void add_shutter(const Command& root) {
   auto options = std::make_shared<ShutterOptions>();
-  const Command command = root.add("shutter", "Open the lamp's shutter for a while, or close it",
-                                   "gonio shutter rigs/lab.toml open --channel G --seconds 10");
+  const Command command =
+      root.add("shutter", "Open the lamp's shutter for a while, or close it",
+               "gonio shutter rigs/lab_example.toml open --channel G --seconds 10");
   add_hands_on_options(command, *options, false);
   command.choice("STATE", options->state, {"open", "close"}, "What to do", Need::required);
   command.text("--channel", options->channel, "Which to light (default: the first)");

@@ -115,8 +115,8 @@ int snap(Context& context, const SnapOptions& options) {
 
 void add_snap(const Command& root) {
   auto options = std::make_shared<SnapOptions>();
-  const Command command =
-      root.add("snap", "Take one frame", "gonio snap rigs/lab.toml --channel G --out frame.png");
+  const Command command = root.add("snap", "Take one frame",
+                                   "gonio snap rigs/lab_example.toml --channel G --out frame.png");
   add_hands_on_options(command, *options, false);
   command.text("--out", options->out, "Picture (.png) or raw frame (.tif) to create",
                Need::required);

@@ -218,7 +218,10 @@ int run_command_line(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     const Called called =
         called_command(app, std::vector<std::string>(argv + std::min(1, argc), argv + argc));
-    const std::string name = called.command == &app ? "" : " " + called.command->get_name();
+    std::string name;  // with those above it: "rig check"
+    for (const CLI::App* each = called.command; each != &app; each = each->get_parent()) {
+      name = " " + each->get_name() + name;
+    }
     context.console.error(usage_message(called, error),
                           fmt::format("gonio{} --help says more", name));
     return kBadInput;

@@ -43,7 +43,8 @@ void HandsOn::make_ready() {
     throw UsageError(
         error.what(),
         known_.file.driver == RigFile::Driver::hardware
-            ? fmt::format("`gonio home {}` homes all axes; --home does it first", options_.rig)
+            ? "--home homes all axes first; `gonio home` does it once for drives that can say "
+              "that they are homed"
             : "a simulated rig is new with every command: --home homes it first");
   }
 }

@@ -79,7 +79,7 @@ void StageGate::require_ready() const {
 }
 
 void StageGate::require_homed() const {
-  if (!homed_) throw DeviceError(DeviceErrc::NotHomed, name_, "home() first");
+  if (!homed_) throw DeviceError(DeviceErrc::NotHomed, name_, "it has to be homed first");
 }
 
 }  // namespace gonio::devices

@@ -340,7 +340,8 @@ class LibmodbusBus final : public ModbusBus {
     const auto refuse = [&](const std::string& why) {
       no_open_before_ = Wall::now() + options_.reopen_interval;
       throw DeviceError(DeviceErrc::Disconnected, device,
-                        fmt::format("cannot open {}: {}", name_, why));
+                        device == name_ ? fmt::format("cannot open: {}", why)
+                                        : fmt::format("cannot open {}: {}", name_, why));
     };
     const std::string port = tcp_ ? std::to_string(tcp_->port) : "";
     Context context(
@@ -354,8 +355,8 @@ class LibmodbusBus final : public ModbusBus {
       // What libmodbus leaves in errno after a failed connection is not the reason.
       const int error = errno;
       if (tcp_) refuse("no connection; is the device on, are host and port right?");
-      refuse(error == ENOTTY ? "it is no serial port; `gonio devices` lists those that are"
-                             : modbus_strerror(error));
+      const std::string reason = error == ENOTTY ? "no serial port" : modbus_strerror(error);
+      refuse(reason + "; `gonio devices` lists the ports that are there");
     }
     if (rtu_ && ::flock(modbus_get_socket(context.get()), LOCK_EX | LOCK_NB) != 0) {
       refuse("another program has it");

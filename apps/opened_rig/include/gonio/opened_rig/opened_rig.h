@@ -53,6 +53,10 @@ std::unique_ptr<OpenedRig> open_simulated_rig(const sim::SimOptions& world);
 /// ConfigError. open_hardware_rig() does it first.
 void check_hardware_options(const RigFile& rig);
 
+/// What the rig file says of its devices: driver, address, registers of a profile that nobody has
+/// confirmed. Opens nothing; empty for a simulated rig. Throws UsageError, ConfigError.
+std::vector<DeviceIdentity> named_devices(const RigFile& rig);
+
 /// The devices that a rig file with driver "hardware" names. Throws devices::DeviceError naming the
 /// one that does not answer, UsageError for one whose library this program was built without. A
 /// `stop` is heard before each device, within 3 s also while a silent camera is waited for, and
