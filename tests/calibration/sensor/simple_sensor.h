@@ -10,6 +10,7 @@
 
 #include "gonio/calibration/sensor/frame_view.h"
 #include "gonio/calibration/sensor/level_statistics.h"
+#include "gonio/calibration/sensor/pixel_stack.h"
 #include "gonio/random/distributions.h"
 
 namespace gonio::calibration::sensor {
@@ -123,6 +124,13 @@ class SimpleSensor {
   std::vector<LevelStatistics> dark_levels(std::span<const double> exposures_s) {
     std::vector<LevelStatistics> out;
     for (const double exposure : exposures_s) out.push_back(level(exposure, 0.0));
+    return out;
+  }
+
+  PixelStack stack(int frames, double exposure_s, double light_e_per_s,
+                   const std::function<double(std::size_t)>& shape = nullptr) {
+    PixelStack out(truth_.width_px, truth_.height_px, exposure_s, kTop_dn);
+    for (int f = 0; f < frames; ++f) out.add(expose(exposure_s, light_e_per_s, shape).view());
     return out;
   }
 
