@@ -6,9 +6,14 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <string>
+#include <thread>
 #include <tuple>
+#include <utility>
+#include <vector>
 
 #include "wire_camera.h"
 #include "wire_expectations.h"
@@ -186,6 +191,80 @@ class DeadOwner {
   sockaddr_in to_{};
   bool took_ = false;
 };
+
+/// Speaks the control protocol (GVCP, GigE Vision 2.0, 14 to 16) and has memory, but is no camera.
+class NoCamera {
+ public:
+  explicit NoCamera(const char* at) : socket_(socket(AF_INET, SOCK_DGRAM, 0)) {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_port = htons(3956);
+    inet_pton(AF_INET, at, &own.sin_addr);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
+    thread_ = std::thread([this] { answer_all(); });
+  }
+  ~NoCamera() {
+    shutdown(socket_, SHUT_RDWR);  // wakes recvfrom, though it was never connected
+    thread_.join();
+    close(socket_);
+  }
+  NoCamera(const NoCamera&) = delete;
+  NoCamera& operator=(const NoCamera&) = delete;
+
+  /// Before anybody asks.
+  void write(std::size_t address, const std::string& text) {
+    std::copy(text.begin(), text.end(), memory_.begin() + static_cast<std::ptrdiff_t>(address));
+  }
+
+ private:
+  void answer_all() {
+    std::array<unsigned char, 1024> ask{};
+    sockaddr_in from{};
+    socklen_t size = sizeof from;
+    while (recvfrom(socket_, ask.data(), ask.size(), 0, reinterpret_cast<sockaddr*>(&from),
+                    &size) >= 12) {
+      // status, command + 1, length, request; then what the command gives back.
+      std::vector<unsigned char> out{0, 0, ask[2], static_cast<unsigned char>(ask[3] + 1),
+                                     0, 0, ask[6], ask[7]};
+      const std::size_t address = static_cast<std::size_t>(ask[10]) << 8U | ask[11];
+      std::size_t bytes = 4;
+      if (ask[3] == 0x84) {  // READMEM: address, reserved, count
+        out.insert(out.end(), ask.begin() + 8, ask.begin() + 12);
+        bytes = static_cast<std::size_t>(ask[14]) << 8U | ask[15];
+      }
+      for (std::size_t i = 0; i < bytes; ++i) out.push_back(memory_[(address + i) % 65536]);
+      out[4] = static_cast<unsigned char>((out.size() - 8) >> 8U);
+      out[5] = static_cast<unsigned char>(out.size() - 8);
+      sendto(socket_, out.data(), out.size(), 0, reinterpret_cast<const sockaddr*>(&from), size);
+    }
+  }
+
+  int socket_;
+  std::vector<unsigned char> memory_ = std::vector<unsigned char>(65536);
+  std::thread thread_;
+};
+
+TEST(AravisFaults, WhatIsNoCameraIsSaidToBeNoneAndNothingIsPrinted) {
+  WireCamera wire;
+  wire.options().device = "127.0.0.3";
+  // Where the address of the description stands (bootstrap register First URL), and what is there.
+  constexpr std::size_t kFirstUrl = 0x200;
+  const std::vector<std::pair<std::string, std::string>> descriptions = {
+      {"", ""},
+      {"no address", ""},
+      {"Local:device.xml;8000;6", "<html>"},
+      {"Local:device.zip;8000;20", "PK garbage"},
+      {"Local:device.xml;8000;ffffffff", "<RegisterDescription>"}};
+  for (const auto& [url, text] : descriptions) {
+    NoCamera other("127.0.0.3");
+    other.write(kFirstUrl, url);
+    other.write(0x8000, text);
+    testing::internal::CaptureStderr();
+    expect_error(DeviceErrc::Protocol, "what answers at 127.0.0.3 is no GigE Vision",
+                 kControlDeadline, [&] { wire.open(); });
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "") << url;
+  }
+}
 
 TEST(AravisFaults, CameraOfADeadOwnerIsFreeWhenItsHeartbeatRunsOut) {
   WireCamera wire;

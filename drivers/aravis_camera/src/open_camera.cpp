@@ -9,6 +9,7 @@
 
 #include "gonio/aravis_camera/aravis_camera.h"
 #include "gonio/devices/device_error.h"
+#include "quiet_glib.h"
 
 namespace gonio::aravis_camera {
 namespace {
@@ -39,12 +40,20 @@ std::string local_address_towards(const std::string& device) {
   return text.data();
 }
 
+/// Whether something answered, though not as a camera does.
+bool was_answered(const GError* error) {
+  if (error == nullptr || error->domain != ARV_DEVICE_ERROR) return error != nullptr;
+  return error->code != ARV_DEVICE_ERROR_TIMEOUT && error->code != ARV_DEVICE_ERROR_NOT_FOUND &&
+         error->code != ARV_DEVICE_ERROR_NOT_CONNECTED;
+}
+
 }  // namespace
 
 Handle<ArvCamera> open_camera(const AravisCameraOptions& options) {
   const auto disconnected = [&](const std::string& message) {
     return devices::DeviceError(devices::DeviceErrc::Disconnected, options.name, message);
   };
+  quiet_glib();
   GError* error = nullptr;
   Handle<ArvCamera> camera;
   if (is_ipv4(options.device)) {
@@ -60,11 +69,17 @@ Handle<ArvCamera> open_camera(const AravisCameraOptions& options) {
     camera.reset(arv_camera_new(options.device.c_str(), &error));
   }
   if (!camera || error != nullptr) {
-    const std::string why = error != nullptr ? error->message : "not found";
+    const bool answered = was_answered(error);
+    const std::string why = error != nullptr ? error->message : "";
     g_clear_error(&error);
-    throw disconnected("no camera answers at " + options.device + " (" + why +
-                       "): power, cable and network; gonio devices lists what "
-                       "answers");
+    if (answered) {
+      throw devices::DeviceError(devices::DeviceErrc::Protocol, options.name,
+                                 "what answers at " + options.device +
+                                     " is no GigE Vision or USB3 Vision camera (" + why +
+                                     "): is that its address? gonio devices lists the cameras");
+    }
+    throw disconnected("no camera answers at " + options.device +
+                       ": power, cable and network; gonio devices lists what answers");
   }
   ArvDevice* const device = arv_camera_get_device(camera.get());
   if (ARV_IS_GV_DEVICE(device) && arv_gv_device_is_controller(ARV_GV_DEVICE(device)) == 0) {
@@ -76,6 +91,7 @@ Handle<ArvCamera> open_camera(const AravisCameraOptions& options) {
 
 std::vector<CameraDeviceInfo> list_cameras() {
   const auto said = [](const char* text) { return std::string(text == nullptr ? "" : text); };
+  quiet_glib();
   arv_update_device_list();
   std::vector<CameraDeviceInfo> found;
   for (unsigned index = 0; index < arv_get_n_devices(); ++index) {

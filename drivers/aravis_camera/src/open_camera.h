@@ -7,7 +7,8 @@
 
 namespace gonio::aravis_camera {
 
-/// The camera under our control, one attempt. Throws DeviceError, Disconnected.
+/// The camera under our control, one attempt. Throws DeviceError: Disconnected where nobody answers
+/// or another program has it, Protocol where what answers is no camera.
 Handle<ArvCamera> open_camera(const AravisCameraOptions& options);
 
 }  // namespace gonio::aravis_camera
