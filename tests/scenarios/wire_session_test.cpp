@@ -8,9 +8,11 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "gonio/samples/samples.h"
@@ -311,6 +313,44 @@ TEST_F(OnTheWire, RefusesFaultsThatADeviceCannotShow) {
   refused("--fault", "stall@camera", "no_frame");
   refused("--fault", "stall@cam", "no device");
   refused("--time-scale", "nan", "finite");
+}
+
+TEST_F(OnTheWire, LeavesNoFolderBehindHoweverItEnds) {
+  for (const int signal : {0, SIGTERM, SIGQUIT, SIGKILL}) {
+    GonioProcess emulator({"rig.toml", "--", "sh", "-c",
+                           "printf %s \"$UMOCKDEV_DIR\" >folder; echo ready >&2; exec sleep " +
+                               std::string(signal == 0 ? "0" : "300")},
+                          folder_.path(), 0, GONIO_EMULATE);
+    ASSERT_TRUE(emulator.wait_for("ready"));
+    const std::filesystem::path machine = folder_.read("folder");
+    ASSERT_FALSE(machine.empty());
+    if (signal != 0) {
+      EXPECT_TRUE(std::filesystem::exists(machine));
+      emulator.send(signal);
+    }
+    emulator.wait();
+    // Where it was killed another process removes it, a moment later.
+    const auto patience = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (std::filesystem::exists(machine) && std::chrono::steady_clock::now() < patience) {
+      std::this_thread::yield();
+    }
+    EXPECT_FALSE(std::filesystem::exists(machine)) << signal;
+  }
+}
+
+// The first files that are opened would get their numbers.
+TEST_F(OnTheWire, ClosedStandardStreamsAreNotTakenForDevices) {
+  folder_.write("closed.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
+"$gonio" home rig.toml <&- 2>&-
+)");
+  EXPECT_EQ(in_the_machine("closed.sh").exit_code, 0);
+  const std::string command =
+      "exec \"$0\" rig.toml --time-scale 4 -- \"$1\" home rig.toml <&- 2>&-";
+  EXPECT_EQ(
+      GonioProcess({"-c", command, GONIO_EMULATE, GONIO_PROGRAM}, folder_.path(), 0, "/bin/sh")
+          .wait()
+          .exit_code,
+      0);
 }
 
 TEST_F(OnTheWire, PassesOnTheCommandsExitCode) {

@@ -178,6 +178,8 @@ std::map<std::string, std::string> EmulatedRig::environment() const {
   return all;
 }
 
+std::filesystem::path EmulatedRig::folder() const { return parts_->usb.folder(); }
+
 std::vector<std::string> EmulatedRig::addresses() const { return parts_->addresses; }
 
 TimeAccount EmulatedRig::account(const Interval& command) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -30,6 +31,9 @@ class EmulatedRig {
 
   /// What a program inside the emulated machine has in its environment.
   std::map<std::string, std::string> environment() const;
+
+  /// Of the emulated machine's files; gone with it.
+  std::filesystem::path folder() const;
 
   /// One line for every device: its name and where it answers.
   std::vector<std::string> addresses() const;

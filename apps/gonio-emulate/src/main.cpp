@@ -17,9 +17,11 @@
 #include "child_command.h"
 #include "emulated_rig.h"
 #include "fault_rules.h"
+#include "folder_guard.h"
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/console/console.h"
 #include "gonio/console/failures.h"
+#include "gonio/console/standard_descriptors.h"
 #include "gonio/console/stop_signals.h"
 #include "gonio/console/suggest.h"
 #include "gonio/files/atomic_file.h"
@@ -105,9 +107,11 @@ int emulate(const cli::Console& console, const Options& options) {
   world.runs_by_itself = true;
   world.noise_seed = options.noise_seed;
   const std::vector<emulator_faults::FaultRule> rules = fault_rules(options.faults, rig);
+  const FolderGuard guard;
   if (options.command.empty()) {
     const cli::StopSignals signals;
     const EmulatedRig emulated(rig, world, rules, options.seed);
+    guard.watch(emulated.folder());
     for (const std::string& line : emulated.addresses()) console.say(line);
     for (const auto& [name, value] : emulated.environment()) {
       console.result(fmt::format("export {}='{}'\n", name, value));
@@ -120,6 +124,7 @@ int emulate(const cli::Console& console, const Options& options) {
   // emulated rigs can live side by side.
   enter_private_network(rig);
   const EmulatedRig emulated(rig, world, rules, options.seed);
+  guard.watch(emulated.folder());
   const HostTime started = std::chrono::steady_clock::now();
   ChildCommand child(options.command, emulated.environment());
   const int code = child.wait();
@@ -189,6 +194,7 @@ int run(int argc, char** argv) {
 }  // namespace gonio::emulate
 
 int main(int argc, char** argv) {
+  gonio::cli::hold_standard_descriptors();
   std::signal(SIGPIPE, SIG_IGN);
   return gonio::emulate::run(argc, argv);
 }

@@ -1,5 +1,3 @@
-#include <fcntl.h>
-
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -7,22 +5,11 @@
 
 #include "command.h"
 #include "gonio/console/printable.h"
+#include "gonio/console/standard_descriptors.h"
 #include "gonio/opened_rig/watchdog.h"
 
-namespace {
-
-/// A standard descriptor that the caller closed would become the next file that is opened, and
-/// results or messages would go into it. Closed for writing they fail instead.
-void hold_standard_descriptors() {
-  for (int descriptor = 0; descriptor < 3; ++descriptor) {
-    if (fcntl(descriptor, F_GETFD) == -1) open("/dev/null", O_RDONLY);
-  }
-}
-
-}  // namespace
-
 int main(int argc, char** argv) {
-  hold_standard_descriptors();
+  gonio::cli::hold_standard_descriptors();
   if (argc == 2 && std::string_view(argv[1]) == gonio::cli::kWatchdogArgument) {
     return gonio::cli::run_watchdog();
   }

@@ -52,6 +52,8 @@ void UsbTestbed::unplug(const std::string& name) { machine_->unplug(name); }
 void UsbTestbed::plug_in(const std::string& name) { machine_->plug_in(name); }
 void UsbTestbed::cycle_power(const std::string& name) { machine_->cycle_power(name); }
 
+std::filesystem::path UsbTestbed::folder() const { return machine_->directory(); }
+
 std::vector<std::pair<std::string, std::string>> UsbTestbed::environment() const {
   return {{"UMOCKDEV_DIR", machine_->directory()}, {"LD_PRELOAD", GONIO_UMOCKDEV_PRELOAD}};
 }

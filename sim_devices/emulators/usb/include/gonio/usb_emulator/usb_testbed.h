@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -72,6 +73,9 @@ class UsbTestbed {
 
   /// What a program needs in its environment to see all this: UMOCKDEV_DIR and LD_PRELOAD.
   std::vector<std::pair<std::string, std::string>> environment() const;
+
+  /// Of the machine's files, in the folder for temporary ones; gone with the testbed.
+  std::filesystem::path folder() const;
 
  private:
   std::unique_ptr<Machine> machine_;
