@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -140,10 +141,17 @@ TEST_F(ModbusStageTest, ReadsASettledAxisWithoutSettlingAgain) {
   stage->wait_until_settled(kPatience);
   int reads = 0;
   bus_->on_read = [&](const Request&) { ++reads; };
-  const auto before = clock_.now();
-  stage->wait_until_settled(kPatience);
-  EXPECT_LT(clock_.now() - before, 100ms);
-  EXPECT_EQ(reads, 2);  // status and position
+  // The settling time is a millisecond of the host's, which may be elsewhere that long now and
+  // then.
+  constexpr int kTimes = 20;
+  auto shortest = devices::Clock::Duration::max();
+  for (int i = 0; i < kTimes; ++i) {
+    const auto before = clock_.now();
+    stage->wait_until_settled(kPatience);
+    shortest = std::min<devices::Clock::Duration>(shortest, clock_.now() - before);
+  }
+  EXPECT_LT(shortest, 100ms);
+  EXPECT_EQ(reads, 2 * kTimes);  // status and position
 }
 
 TEST_F(ModbusStageTest, StopThatAnotherProcessLeftSetIsReleasedBeforeHoming) {
@@ -306,13 +314,13 @@ TEST_F(ModbusStageTest, MoveWithoutAnAnswerIsSentAgainIfTheDriveKnowsWhereItIs) 
 
 TEST_F(ModbusStageTest, BitsOfTheMoveBeforeAreNoArrivalOfAShortOne) {
   DriveProfile profile = some_drive();
-  profile.start_time = 100ms;
+  profile.start_time = 500ms;
   const auto stage = homed(profile);
   bus_->on_write = nullptr;         // it has not started yet
   stage->begin_move_to(10.01_deg);  // one step from where it stands
   const auto begun = std::chrono::steady_clock::now();
   stage->wait_until_settled(kPatience);  // 100 s of the session, 1 s of the host's
-  EXPECT_GE(std::chrono::steady_clock::now() - begun, 100ms);
+  EXPECT_GE(std::chrono::steady_clock::now() - begun, 500ms);
   stage->begin_move_to(10.0_deg);
   status(kEnabled | kHomed | kMoving);
   int reads = 0;
@@ -321,7 +329,7 @@ TEST_F(ModbusStageTest, BitsOfTheMoveBeforeAreNoArrivalOfAShortOne) {
   };
   const auto second = std::chrono::steady_clock::now();
   stage->wait_until_settled(kPatience);
-  EXPECT_LT(std::chrono::steady_clock::now() - second, 100ms);
+  EXPECT_LT(std::chrono::steady_clock::now() - second, 500ms);
 }
 
 TEST_F(ModbusStageTest, StopThatAnotherProcessLeftSetIsReleasedOnTakeOver) {
