@@ -7,29 +7,18 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "gonio/brdf/diffuse_models.h"
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/parallel.h"
+#include "lamp_image.h"
 
 namespace gonio::sim {
 namespace {
 
 constexpr std::size_t kKeptImages = 4;
 constexpr std::size_t kRadianceRows = 8;
-constexpr double kWhiteAlbedo = 0.99;
+// A pixel in which something else begins is the mean of so many rays a side.
+constexpr int kRaysPerSide = 4;
 constexpr double kSquareMmPerSquareM = 1e6;
-
-std::shared_ptr<const brdf::BrdfModel> lambertian(double albedo) {
-  return std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(albedo));
-}
-
-std::shared_ptr<const brdf::BrdfModel> or_white(std::shared_ptr<const brdf::BrdfModel> model) {
-  return model ? model : lambertian(kWhiteAlbedo);
-}
-
-bool in_square(double x, double y, double half_width) {
-  return std::abs(x) <= half_width && std::abs(y) <= half_width;
-}
 
 Eigen::Isometry3d mounted(const MountOptions& mount) {
   Eigen::Isometry3d holder_from_target = Eigen::Isometry3d::Identity();
@@ -88,6 +77,80 @@ class Illumination {
   double lamp_distance_mm_;
 };
 
+/// What the camera sees along rays of one pose.
+class PixelView {
+ public:
+  PixelView(const Scene& scene, devices::Target target, const Eigen::Isometry3d& target_from_camera,
+            const Illumination& illumination, const LampImage& lamp_image)
+      : scene_(scene),
+        target_(target),
+        from_camera_(target_from_camera.linear()),
+        eye_(target_from_camera.translation()),
+        illumination_(illumination),
+        lamp_image_(lamp_image) {}
+
+  /// Whether the corners of a pixel show something else than its centre.
+  bool changes_within(const Eigen::Vector2d& centre, const Eigen::Vector2d& across,
+                      const Eigen::Vector2d& down) const {
+    const Seen middle = seen_along(centre);
+    for (const double x : {-0.5, 0.5}) {
+      for (const double y : {-0.5, 0.5}) {
+        const Seen corner = seen_along(centre + x * across + y * down);
+        if (corner.material != middle.material || corner.reflected != middle.reflected) return true;
+      }
+    }
+    return false;
+  }
+
+  /// Radiance along (x, y, 1) of the camera's frame, per 1 W/sr in each band.
+  brdf::Rgb along(const Eigen::Vector2d& ideal) const {
+    const Seen seen = seen_along(ideal);
+    if (seen.material == nullptr) return brdf::Rgb::Zero();
+    brdf::Rgb radiance = brdf::Rgb::Constant(seen.reflected * lamp_image_.radiance());
+    const Illumination::Light light = illumination_.at(seen.point);
+    if (light.irradiance > 0.0) {
+      radiance +=
+          seen.material->evaluate(brdf::DirectionPair{light.wi, -seen.ray}) * light.irradiance;
+    }
+    if (!(radiance >= 0.0).all() || !radiance.isFinite().all()) {
+      throw NumericalError(fmt::format(
+          "simulated material: found a radiance of {}, {}, {} at ({:.3f}, {:.3f}) mm, expected "
+          "zero or more",
+          radiance[0], radiance[1], radiance[2], seen.point.x(), seen.point.y()));
+    }
+    return radiance;
+  }
+
+ private:
+  struct Seen {
+    const brdf::BrdfModel* material = nullptr;  ///< null: the background
+    double reflected = 0.0;                     ///< share of the lamp's radiance
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    Eigen::Vector3d ray = Eigen::Vector3d::Zero();
+  };
+
+  Seen seen_along(const Eigen::Vector2d& ideal) const {
+    Seen seen;
+    seen.ray = (from_camera_ * ideal.homogeneous()).normalized();
+    if (eye_.z() <= 0.0 || seen.ray.z() >= 0.0) return seen;  // the plane from behind or never
+    const double way = -eye_.z() / seen.ray.z();
+    seen.point = {eye_.x() + way * seen.ray.x(), eye_.y() + way * seen.ray.y(), 0.0};
+    seen.material = scene_.material_at(seen.point.x(), seen.point.y(), target_);
+    if (const PolishedOptions* polish = scene_.polish_at(seen.point.x(), seen.point.y(), target_)) {
+      seen.reflected = lamp_image_.reflected(seen.point, seen.ray, *polish,
+                                             target_ == devices::Target::black_glass);
+    }
+    return seen;
+  }
+
+  const Scene& scene_;
+  devices::Target target_;
+  Eigen::Matrix3d from_camera_;
+  Eigen::Vector3d eye_;
+  const Illumination& illumination_;
+  const LampImage& lamp_image_;
+};
+
 /// Convolves with a Gaussian, edges repeated.
 void blur(std::vector<float>& plane, int width, int height, double sigma_px) {
   const int radius = static_cast<int>(std::ceil(4.0 * sigma_px));
@@ -125,11 +188,7 @@ void blur(std::vector<float>& plane, int width, int height, double sigma_px) {
 }  // namespace
 
 RadianceRenderer::RadianceRenderer(const SimOptions& options)
-    : options_(options),
-      lens_(options.camera),
-      white_tile_(or_white(options.scene.white_tile)),
-      patch_(or_white(options.scene.patch)),
-      holder_(lambertian(options.scene.holder_albedo)) {
+    : options_(options), lens_(options.camera), scene_(options.scene) {
   rig::Joints home;
   for (const rig::Axis& axis : options_.rig.axes) home.push_back(axis.home);
   const rig::RigPose pose = rig::forward(options_.rig, home);
@@ -154,54 +213,46 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render(const rig::Joints&
   return image;
 }
 
-const brdf::BrdfModel* RadianceRenderer::material_at(double x_mm, double y_mm,
-                                                     devices::Target target) const {
-  const SceneOptions& scene = options_.scene;
-  if (target == devices::Target::sample) {
-    if (in_square(x_mm, y_mm, scene.sample_half_width_mm)) return scene.sample.get();
-  } else {
-    if (in_square(x_mm, y_mm, scene.white_tile_half_width_mm)) return white_tile_.get();
-  }
-  if (scene.white_patch &&
-      in_square(x_mm - scene.patch_x_mm, y_mm - scene.patch_y_mm, scene.patch_half_width_mm)) {
-    return patch_.get();
-  }
-  return in_square(x_mm, y_mm, scene.holder_half_width_mm) ? holder_.get() : nullptr;
+const MountOptions& RadianceRenderer::mount_of(devices::Target target) const {
+  static const MountOptions flat;
+  if (target == devices::Target::sample) return options_.sample_mount;
+  if (target == devices::Target::white) return options_.white_mount;
+  const auto found = options_.mounts.find(target);
+  return found == options_.mounts.end() ? flat : found->second;
 }
 
 std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Joints& joints,
                                                                    devices::Target target) const {
   const rig::RigPose pose = rig::forward(options_.rig, joints);
-  const MountOptions& mount =
-      target == devices::Target::sample ? options_.sample_mount : options_.white_mount;
-  const Eigen::Isometry3d target_from_world = (pose.world_from_sample * mounted(mount)).inverse();
+  const Eigen::Isometry3d target_from_world =
+      (pose.world_from_sample * mounted(mount_of(target))).inverse();
   const Eigen::Isometry3d target_from_camera = target_from_world * pose.world_from_camera;
   const Illumination illumination(pose, target_from_world, options_.lamp, lamp_distance_mm_);
-  const Eigen::Vector3d eye = target_from_camera.translation();
+  const LampImage lamp_image(pose, target_from_world, options_.lamp, options_.camera);
+  const PixelView view(scene_, target, target_from_camera, illumination, lamp_image);
 
   const auto width = static_cast<std::size_t>(options_.camera.width_px);
   const auto height = static_cast<std::size_t>(options_.camera.height_px);
   auto image = std::make_shared<RadianceImage>();
   for (auto& plane : image->planes) plane.assign(width * height, 0.0F);
+  // One ray a pixel for plain targets; printed and polished ones have edges that matter.
+  const bool fine = target != devices::Target::sample && target != devices::Target::white &&
+                    target != devices::Target::black_trap;
+  const Eigen::Vector2d across(1.0 / options_.camera.fx_px, 0.0);
+  const Eigen::Vector2d down(0.0, 1.0 / options_.camera.fy_px);
 
   parallel::for_each_block(0, height, kRadianceRows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t pixel = begin * width; pixel < end * width; ++pixel) {
-      const Eigen::Vector3d ray =
-          (target_from_camera.linear() * lens_.ray(pixel).homogeneous()).normalized();
-      if (eye.z() <= 0.0 || ray.z() >= 0.0) continue;  // the plane from behind or never
-      const double way = -eye.z() / ray.z();
-      const Eigen::Vector3d point(eye.x() + way * ray.x(), eye.y() + way * ray.y(), 0.0);
-      const brdf::BrdfModel* material = material_at(point.x(), point.y(), target);
-      if (material == nullptr) continue;
-      const Illumination::Light light = illumination.at(point);
-      if (light.irradiance <= 0.0) continue;
-      const brdf::Rgb radiance =
-          material->evaluate(brdf::DirectionPair{light.wi, -ray}) * light.irradiance;
-      if (!(radiance >= 0.0).all() || !radiance.isFinite().all()) {
-        throw NumericalError(fmt::format(
-            "simulated material: found a radiance of {}, {}, {} at ({:.3f}, {:.3f}) mm, expected "
-            "zero or more",
-            radiance[0], radiance[1], radiance[2], point.x(), point.y()));
+      const Eigen::Vector2d& centre = lens_.ray(pixel);
+      brdf::Rgb radiance = brdf::Rgb::Zero();
+      if (fine && view.changes_within(centre, across, down)) {
+        for (int i = 0; i < kRaysPerSide * kRaysPerSide; ++i) {
+          const double x = (i % kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
+          const double y = (i / kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
+          radiance += view.along(centre + x * across + y * down) / (kRaysPerSide * kRaysPerSide);
+        }
+      } else {
+        radiance = view.along(centre);
       }
       for (int band = 0; band < 3; ++band) {
         image->planes[band][pixel] = static_cast<float>(radiance[band]);

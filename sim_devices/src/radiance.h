@@ -9,6 +9,7 @@
 #include "gonio/rig/kinematics.h"
 #include "gonio/sim/sim_options.h"
 #include "lens.h"
+#include "scene.h"
 
 namespace gonio::sim {
 
@@ -43,13 +44,11 @@ class RadianceRenderer {
 
   std::shared_ptr<const RadianceImage> render_anew(const rig::Joints& joints,
                                                    devices::Target target) const;
-  const brdf::BrdfModel* material_at(double x_mm, double y_mm, devices::Target target) const;
+  const MountOptions& mount_of(devices::Target target) const;
 
   SimOptions options_;
   Lens lens_;
-  std::shared_ptr<const brdf::BrdfModel> white_tile_;
-  std::shared_ptr<const brdf::BrdfModel> patch_;
-  std::shared_ptr<const brdf::BrdfModel> holder_;
+  Scene scene_;
   double lamp_distance_mm_;
   double white_radiance_;
   std::vector<Entry> kept_;  ///< latest last

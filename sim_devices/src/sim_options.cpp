@@ -100,6 +100,8 @@ void CameraOptions::validate() const {
   for (const double coefficient : vignetting) require_finite("camera.vignetting", coefficient);
   require_between("camera.psf_sigma_px", psf_sigma_px, 0.0, 20.0);
   require_between("camera.nonlinearity", nonlinearity, 0.0, 0.3);
+  require_between("camera.polarisation", polarisation, 0.0, 1.0);
+  require_finite("camera.polarisation_direction", polarisation_direction.degrees());
   for (const auto& row : bayer_crosstalk) {
     for (const double share : row) require_not_negative("camera.bayer_crosstalk", share);
   }
@@ -138,6 +140,9 @@ void LampOptions::validate() const {
   require_positive("lamp.drift_tau", drift_tau);
   require_not_negative("lamp.monitor_sigma", monitor_sigma);
   require_not_negative("lamp.stray_fraction", stray_fraction);
+  require_positive("lamp.radius_mm", radius_mm);
+  require_between("lamp.polarisation", polarisation, 0.0, 1.0);
+  require_finite("lamp.polarisation_direction", polarisation_direction.degrees());
 }
 
 std::vector<LampChannelOptions> LampOptions::rgb_channels() {
@@ -147,6 +152,40 @@ std::vector<LampChannelOptions> LampOptions::rgb_channels() {
 
 std::vector<LampChannelOptions> LampOptions::white_channel() {
   return {{"white", 0.0, {1.0, 1.0, 1.0}}};
+}
+
+void BoardOptions::validate() const {
+  constexpr int kMaxCells = 4096;
+  require_between("scene.board.columns", columns, 0, kMaxCells);
+  require_between("scene.board.rows", rows, 0, kMaxCells);
+  if (white.size() != static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {
+    throw std::invalid_argument(fmt::format("scene.board.white: found {} cells, expected {} x {}",
+                                            white.size(), columns, rows));
+  }
+  require_positive("scene.board.cell_mm", cell_mm);
+  require_finite("scene.board.x_mm", x_mm);
+  require_finite("scene.board.y_mm", y_mm);
+  require_not_negative("scene.board.margin_mm", margin_mm);
+  require_between("scene.board.white_albedo", white_albedo, 0.0, 1.0);
+  require_between("scene.board.black_albedo", black_albedo, 0.0, 1.0);
+}
+
+void PolishedOptions::validate(const std::string& target) const {
+  require_positive(target + ".half_width_mm", half_width_mm);
+  require_between(target + ".reflectance", reflectance, 0.0, 1.0);
+  require_between(target + ".refractive_index", refractive_index, 1.0, 5.0);
+  require_between(target + ".diffuse_albedo", diffuse_albedo, 0.0, 1.0);
+}
+
+void ColourChartOptions::validate() const {
+  require_between("scene.colour_chart.columns", columns, 1, 100);
+  require_positive("scene.colour_chart.patch_mm", patch_mm);
+  require_not_negative("scene.colour_chart.gap_mm", gap_mm);
+  for (const brdf::Rgb& albedo : albedos) {
+    for (int band = 0; band < 3; ++band) {
+      require_between("scene.colour_chart.albedos", albedo[band], 0.0, 1.0);
+    }
+  }
 }
 
 void SceneOptions::validate() const {
@@ -159,6 +198,12 @@ void SceneOptions::validate() const {
   require_positive("scene.holder_half_width_mm", holder_half_width_mm);
   require_between("scene.holder_albedo", holder_albedo, 0.0, 1.0);
   require_not_negative("scene.ambient_radiance", ambient_radiance);
+  board.validate();
+  mirror.validate("scene.mirror");
+  black_glass.validate("scene.black_glass");
+  require_between("scene.black_trap_albedo", black_trap_albedo, 0.0, 1.0);
+  require_positive("scene.black_trap_half_width_mm", black_trap_half_width_mm);
+  colour_chart.validate();
 }
 
 void SimOptions::validate() const {
@@ -171,6 +216,9 @@ void SimOptions::validate() const {
   for (std::size_t axis = 0; axis < axes.size(); ++axis) axes[axis].validate(rig.axes[axis].name);
   sample_mount.validate("sample_mount");
   white_mount.validate("white_mount");
+  for (const auto& [target, mount] : mounts) {
+    mount.validate(fmt::format("mounts.{}", devices::to_string(target)));
+  }
   camera.validate();
   lamp.validate();
   scene.validate();

@@ -33,7 +33,7 @@ class AskingChanger final : public devices::TargetChanger {
   void mount(devices::Target target) override {
     if (mounted_ == target) return;
     fmt::print(stderr, "Mount the {}, then press Enter (q and Enter to give up): ",
-               target == devices::Target::white ? "white reference" : "sample");
+               devices::in_words(target));
     std::string answer;
     if (!std::getline(std::cin, answer) || answer == "q") {
       throw devices::DeviceError(devices::DeviceErrc::Stopped, name_,

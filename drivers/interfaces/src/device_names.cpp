@@ -45,6 +45,44 @@ std::string_view to_string(PixelFormat format) {
   return "unknown";
 }
 
-std::string_view to_string(Target target) { return target == Target::sample ? "sample" : "white"; }
+std::string_view to_string(Target target) {
+  switch (target) {
+    case Target::sample:
+      return "sample";
+    case Target::white:
+      return "white";
+    case Target::board:
+      return "board";
+    case Target::mirror:
+      return "mirror";
+    case Target::black_trap:
+      return "black_trap";
+    case Target::black_glass:
+      return "black_glass";
+    case Target::colour_chart:
+      return "colour_chart";
+  }
+  return "unknown";
+}
+
+std::string_view in_words(Target target) {
+  switch (target) {
+    case Target::sample:
+      return "sample";
+    case Target::white:
+      return "white reference";
+    case Target::board:
+      return "ChArUco board";
+    case Target::mirror:
+      return "flat mirror";
+    case Target::black_trap:
+      return "black trap";
+    case Target::black_glass:
+      return "black glass";
+    case Target::colour_chart:
+      return "colour chart";
+  }
+  return "unknown target";
+}
 
 }  // namespace gonio::devices

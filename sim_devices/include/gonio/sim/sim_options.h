@@ -3,6 +3,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "gonio/brdf/brdf_model.h"
 #include "gonio/devices/frame.h"
+#include "gonio/devices/target_changer.h"
 #include "gonio/rig/rig_description.h"
 #include "gonio/units/angle.h"
 
@@ -89,7 +91,11 @@ struct CameraOptions {
   /// V = 1 + v1 q + v2 q^2 + v3 q^3, q = ((u - cx)/fx)^2 + ((v - cy)/fy)^2: by field angle, so that
   /// a window of the sensor keeps its falloff. The default is that of a plain lens (cos^4).
   std::array<double, 3> vignetting{-1.8, 0.0, 0.0};
-  double psf_sigma_px = 0.0;                   ///< 0: none
+  double psf_sigma_px = 0.0;  ///< 0: none
+  /// How much more the camera takes of light polarised along a direction (in the image, from
+  /// columns) than of light across it: (along - across) / (along + across).
+  double polarisation = 0.0;
+  Angle polarisation_direction;
   double nonlinearity = 0.0;                   ///< y (1 - nonlinearity (y / y_max)^2)
   std::chrono::nanoseconds shutter_offset{0};  ///< the light falls this much longer than reported
 
@@ -129,12 +135,57 @@ struct LampOptions {
 
   double monitor_sigma = 0.0005;  ///< of one reading; g = 1 reads 1
 
+  double radius_mm = 2.5;  ///< of the emitting disc, across its axis: seen in polished targets
+  /// Share of the light that is linearly polarised, and its direction about the lamp's axis, from
+  /// the lamp's x. Only polished targets keep it.
+  double polarisation = 0.0;
+  Angle polarisation_direction;
+
   /// Radiance of a perfect white at the rig's centre under normal incidence that reaches every
   /// pixel by other ways, as long as the lamp is lit.
   double stray_fraction = 0.0;
 
   static std::vector<LampChannelOptions> rgb_channels();   ///< R 630, G 530, B 465 nm; 1 W/sr each
   static std::vector<LampChannelOptions> white_channel();  ///< "white"; 1 W/sr in each band
+
+  void validate() const;
+};
+
+/// A printed board: cells of two inks, row by row from the top left as it lies, so that y of the
+/// target's plane points up in it. Nothing lies outside the cells but the board's own white.
+struct BoardOptions {
+  int columns = 0;
+  int rows = 0;
+  std::vector<bool> white;  ///< columns * rows
+  double cell_mm = 1.0;
+  double x_mm = 0.0;  ///< centre of the cells in the target's plane
+  double y_mm = 0.0;
+  double margin_mm = 5.0;  ///< of white around the cells
+  double white_albedo = 0.85;
+  double black_albedo = 0.04;
+
+  void validate() const;
+};
+
+/// A polished plane that shows the lamp's image: R times the lamp's radiance, where the reflected
+/// ray meets its disc.
+struct PolishedOptions {
+  double half_width_mm = 29.0;
+  /// Of a mirror, at every angle; one behind a neutral filter has 0.002 and does not saturate at
+  /// the shortest exposures.
+  double reflectance = 0.002;
+  double refractive_index = 1.52;  ///< of black glass, by Fresnel's equations
+  double diffuse_albedo = 0.0005;  ///< dust and scattering
+
+  void validate(const std::string& target) const;
+};
+
+/// Rows of patches of one size, each Lambertian; row by row from the top left.
+struct ColourChartOptions {
+  int columns = 6;
+  std::vector<brdf::Rgb> albedos;
+  double patch_mm = 8.0;
+  double gap_mm = 1.0;  ///< of black between patches
 
   void validate() const;
 };
@@ -149,6 +200,13 @@ struct SceneOptions {
 
   std::shared_ptr<const brdf::BrdfModel> white_tile;  ///< the changer's other target; null: 99 %
   double white_tile_half_width_mm = 29.0;             ///< Lambertian
+
+  BoardOptions board;
+  PolishedOptions mirror;
+  PolishedOptions black_glass;
+  double black_trap_albedo = 0.0005;
+  double black_trap_half_width_mm = 29.0;
+  ColourChartOptions colour_chart;
 
   bool white_patch = true;                       ///< in the frame beside the target
   std::shared_ptr<const brdf::BrdfModel> patch;  ///< null: 99 % Lambertian
@@ -170,6 +228,7 @@ struct SimOptions {
   std::vector<AxisOptions> axes;  ///< one per axis of the rig; empty: all defaults
   MountOptions sample_mount;
   MountOptions white_mount;
+  std::map<devices::Target, MountOptions> mounts;  ///< of other targets; none: flat
   CameraOptions camera;
   LampOptions lamp;
   SceneOptions scene;

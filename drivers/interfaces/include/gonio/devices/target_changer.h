@@ -7,10 +7,22 @@
 
 namespace gonio::devices {
 
-/// What can lie in the sample plane.
-enum class Target { sample, white };
+/// What can lie in the sample plane. A session needs the first two; calibration the others.
+enum class Target {
+  sample,
+  white,        ///< the white reference
+  board,        ///< ChArUco board
+  mirror,       ///< flat first-surface mirror
+  black_trap,   ///< swallows what falls on it
+  black_glass,  ///< polished, reflects as Fresnel's equations say
+  colour_chart
+};
 
+/// As in files: "white", "black_trap".
 std::string_view to_string(Target target);
+
+/// For a person: "white reference", "black trap".
+std::string_view in_words(Target target);
 
 /// Puts a target into the sample plane: a motorised changer, or a person who is told what to mount
 /// and confirms (the two look the same to a session; only the time differs).
