@@ -1,0 +1,59 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "gonio/calibration/geometry/peak_scan.h"
+
+namespace gonio::calibration::geometry {
+
+struct PeakFitOptions {
+  Eigen::Vector3d point_in_sample_mm = Eigen::Vector3d::Zero();  ///< as for fit_peak
+  /// Of the lamp arm's zero. Peaks tell azimuth - arm / 2 only, so half of it goes into the result.
+  Angle u_lamp_zero;
+  Angle min_arm_separation = Angle::from_degrees(10.0);  ///< between two peaks at least
+  /// Peaks that contradict each other by more (rms per axis) are refused.
+  Angle max_disagreement = Angle::from_degrees(0.1);
+};
+
+/// What the zeros of azimuth and tilt were off by.
+struct ZeroOffsets {
+  rig::RigDescription rig;  ///< with the offsets of the two links corrected
+  Angle azimuth;            ///< added to the offset of the azimuth link
+  Angle tilt;
+  Eigen::Matrix2d covariance;  ///< of (azimuth, tilt), rad^2
+  double chi2_per_dof = 0.0;   ///< of the peaks about the result
+  /// What each peak still is off by, as slopes; against the arm it shows the arm's eccentricity.
+  std::vector<Eigen::Vector2d> residuals;
+};
+
+/// Zeros from peaks of a flat mirror at several lamp-arm angles, by weighted least squares.
+///
+/// `u_mount_tilt`  Standard deviation of the mirror's tilt in its mount about each axis. Like an
+///                 error of the zeros to peaks of one kind; peaks with the mirror turned (half of
+///                 them, see Peak::turned) tell it apart.
+/// Threads         Any.
+/// Errors          StepRefused: no LA-2, fewer than two peaks, arm angles too near, peaks that
+///                 contradict each other.
+ZeroOffsets fit_zero_offsets(const rig::RigDescription& rig, std::span<const Peak> peaks,
+                             Angle u_mount_tilt, const PeakFitOptions& options = {});
+
+/// How a sample's normal leans in its mount.
+struct MountNormal {
+  Angle
+      tilt_x;  ///< the normal is z turned by the rotation vector (tilt_x, tilt_y, 0), sample frame
+  Angle tilt_y;
+  Eigen::Matrix2d covariance;  ///< of (tilt_x, tilt_y), rad^2
+  double chi2_per_dof = 0.0;   ///< of the peaks about the result
+};
+
+/// The normal of a glossy sample from peaks of its own highlight at two lamp-arm angles or more.
+/// Errors as fit_zero_offsets.
+MountNormal fit_mount_normal(const rig::RigDescription& rig, std::span<const Peak> peaks,
+                             const PeakFitOptions& options = {});
+
+/// The rig with the sample's home pose turned so that its z is the normal found.
+rig::RigDescription with_mount_normal(const rig::RigDescription& rig, const MountNormal& normal);
+
+}  // namespace gonio::calibration::geometry
