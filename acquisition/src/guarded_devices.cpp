@@ -85,15 +85,16 @@ void GuardedDevices::require_running() const {
   throw devices::DeviceError(devices::DeviceErrc::Stopped, "session", "asked to stop");
 }
 
-void GuardedDevices::retrying(const std::function<void()>& call, bool after_timeout) {
+void GuardedDevices::retrying(const std::function<void()>& call, Again again) {
   for (int attempt = 0;; ++attempt) {
     require_running();
     try {
       call();
       return require_running();
     } catch (const devices::DeviceError& error) {
-      const bool helps = may_help_to_retry(error.code()) &&
-                         (after_timeout || error.code() != devices::DeviceErrc::Timeout);
+      const bool helps =
+          may_help_to_retry(error.code()) &&
+          (again == Again::after_all || error.code() != devices::DeviceErrc::Timeout);
       if (attempt >= options_.retries || !helps || stop_requested()) throw;
       note_(now(), "retry", error.what());
     }
@@ -105,9 +106,9 @@ void GuardedDevices::home_all() {
     retrying([&] { stage->rearm(); });
   }
   for (devices::RotationStage* stage : devices_.stages) {
-    // The driver has repeated what was not answered; an axis that finds no mark within its time
-    // would grind against the same obstacle again.
-    retrying([&] { stage->home(options_.move_timeout); }, false);
+    // A Timeout may be a lost answer or a mark that did not come. Driving against the same obstacle
+    // again does harm; ending a session that has only begun does none.
+    retrying([&] { stage->home(options_.move_timeout); }, Again::not_after_timeout);
   }
   joints_ = read_joints();
   sent_ = rig_.home();

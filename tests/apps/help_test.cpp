@@ -47,11 +47,23 @@ TEST(CommandLine, RigCheckSaysWhatIsWhereAndWhatNobodyHasConfirmed) {
       run_gonio({"rig", "check", std::string(GONIO_RIGS) + "/lab_example.toml"}, folder.path());
   EXPECT_EQ(ended.exit_code, 0) << ended.error;
   EXPECT_THAT(ended.out,
-              testing::ContainsRegex("device +lamp_arm +Modbus, leadshine-em2rs, unit 1 "
+              testing::ContainsRegex("named +lamp_arm +Modbus, leadshine-em2rs, unit 1 "
                                      "on stages .*not confirmed by a manual: stop, home"));
   EXPECT_THAT(ended.out, testing::ContainsRegex("azimuth +Modbus, oriental-az.*need --home"));
   EXPECT_THAT(ended.out, testing::ContainsRegex("tilt +APT, K10CR1 serial 55000001"));
   EXPECT_THAT(ended.out, testing::ContainsRegex("camera +192.168.1.50, Mono12p"));
+}
+
+TEST(CommandLine, ARigOfMetalHasNoSeed) {
+  const TemporaryFolder folder;
+  folder.write("list.csv", "theta_h_deg,theta_d_deg,phi_d_deg\n10,20,90\n");
+  for (const char* seed : {"1", "7"}) {
+    const Ended ended = run_gonio({"measure", std::string(GONIO_RIGS) + "/lab_example.toml",
+                                   "--plan", "list.csv", "--out", "session", "--seed", seed},
+                                  folder.path());
+    EXPECT_EQ(ended.exit_code, 2);
+    EXPECT_THAT(ended.error, HasSubstr("--seed: a rig of metal"));
+  }
 }
 
 TEST(CommandLine, SuggestsWhatMayHaveBeenMeant) {

@@ -29,25 +29,27 @@ Faults operator+(Faults first, const Faults& second) {
   return first;
 }
 
-/// Of a device on a Modbus line; only a serial one has checksums.
+/// Of a device on a Modbus line, which the rig file has; only a serial one has checksums.
 Faults on_modbus(const cli::RigFile& rig, const std::string& bus) {
-  for (const cli::BusEntry& entry : rig.devices.buses) {
-    if (entry.name == bus && entry.kind == cli::BusEntry::Kind::modbus_rtu) {
-      return kModbusFaults + Faults{Fault::crc_error};
-    }
+  const bool serial = rig.devices.bus(bus)->kind == cli::BusEntry::Kind::modbus_rtu;
+  return serial ? kModbusFaults + Faults{Fault::crc_error} : kModbusFaults;
+}
+
+Faults of_axis(const cli::RigFile& rig, const cli::AxisDevice& device) {
+  switch (device.driver) {
+    case cli::AxisDevice::Driver::modbus:
+      return kDriveFaults + on_modbus(rig, device.bus) + Faults{Fault::power_cycle};
+    case cli::AxisDevice::Driver::apt:
+      return kDriveFaults + kUsbFaults + Faults{Fault::lost_move};
   }
-  return kModbusFaults;
+  return {};
 }
 
 /// What each device of the rig can show.
 std::map<std::string, Faults> faults_by_device(const cli::RigFile& rig) {
   std::map<std::string, Faults> faults;
   for (std::size_t i = 0; i < rig.rig.axes.size(); ++i) {
-    const cli::AxisDevice& device = rig.devices.axes[i];
-    faults[rig.rig.axes[i].name] =
-        kDriveFaults + (device.driver == cli::AxisDevice::Driver::modbus
-                            ? on_modbus(rig, device.bus) + Faults{Fault::power_cycle}
-                            : kUsbFaults + Faults{Fault::lost_move});
+    faults[rig.rig.axes[i].name] = of_axis(rig, rig.devices.axes[i]);
   }
   faults["lamp"] = on_modbus(rig, rig.devices.lamp.bus);
   if (!rig.devices.monitor.serial.empty()) faults["monitor"] = kUsbFaults;

@@ -17,19 +17,19 @@ namespace {
 constexpr char kEndOfName = '\0';
 constexpr char kDismissed = 'd';
 
-void send_to_guard(int pipe, const std::string& bytes) {
-  [[maybe_unused]] const ssize_t written = ::write(pipe, bytes.data(), bytes.size());
+bool send_to_guard(int pipe, const std::string& bytes) {
+  // Below PIPE_BUF a write is whole or an error.
+  return ::write(pipe, bytes.data(), bytes.size()) == static_cast<ssize_t>(bytes.size());
 }
 
-/// The guard's life. What ends a whole terminal must not end it, and it must not hold a pipe open
+/// The guard's life. What ends a whole terminal must not end it, and it must not hold anything open
 /// that others read to its end.
-void guard(int pipe) {
+void guard(int pipe) noexcept {
   ::setsid();
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) std::signal(signal, SIG_IGN);
-  const int nothing = ::open("/dev/null", O_RDWR);
-  for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    ::dup2(nothing, descriptor);
-  }
+  const auto own = static_cast<unsigned>(pipe);
+  if (own > 0) ::close_range(0, own - 1, 0);
+  ::close_range(own + 1, ~0U, 0);
   std::string told;
   std::array<char, 512> bytes{};
   while (true) {
@@ -51,27 +51,34 @@ FolderGuard::FolderGuard() {
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) {
     throw std::system_error(errno, std::generic_category(), "pipe");
   }
-  pipe_ = pipe[1];
   // A grandchild: nobody who waits for the children of this program waits for it.
   const pid_t child = ::fork();
-  if (child < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (child == 0) {
     ::close(pipe[1]);
-    if (::fork() == 0) guard(pipe[0]);
-    ::_exit(0);
+    const pid_t grandchild = ::fork();
+    if (grandchild == 0) guard(pipe[0]);
+    ::_exit(grandchild < 0 ? 1 : 0);
   }
   ::close(pipe[0]);
-  while (::waitpid(child, nullptr, 0) < 0 && errno == EINTR) {
+  int status = child < 0 ? 1 : 0;
+  while (child > 0 && ::waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
+  if (status != 0) {
+    ::close(pipe[1]);
+    throw std::system_error(EAGAIN, std::generic_category(), "fork");
+  }
+  pipe_ = pipe[1];
 }
 
 FolderGuard::~FolderGuard() {
-  send_to_guard(pipe_, std::string(1, kDismissed));
+  send_to_guard(pipe_, std::string(1, kDismissed));  // a guard that has died guards nothing
   ::close(pipe_);
 }
 
 void FolderGuard::watch(const std::filesystem::path& folder) const {
-  send_to_guard(pipe_, folder.string() + kEndOfName);
+  if (!send_to_guard(pipe_, folder.string() + kEndOfName)) {
+    throw std::system_error(errno, std::generic_category(), "guard of " + folder.string());
+  }
 }
 
 }  // namespace gonio::emulate

@@ -5,7 +5,9 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
+#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -54,11 +56,11 @@ std::shared_ptr<const brdf::BrdfModel> material_of(const Options& options,
   return std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(kPlateAlbedo));
 }
 
-/// CLI11 4 lets "nan" through a range: it is below no limit.
+/// CLI::Range lets "nan" through: it lies beyond neither end.
 const CLI::Validator finite(
     [](std::string& text) {
-      return text.find_first_of("nN") == std::string::npos ? std::string()
-                                                           : "expected a finite number";
+      return std::isfinite(std::strtod(text.c_str(), nullptr)) ? std::string()
+                                                               : "expected a finite number";
     },
     "");
 

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <optional>
+
 #include "command.h"
 #include "directions_input.h"
 #include "gonio/brdf/diffuse_models.h"
@@ -24,7 +26,7 @@ struct MeasureOptions {
   std::string calibration;
   std::string material;
   SessionLabels labels;
-  std::uint64_t seed = 1;
+  std::optional<std::uint64_t> seed;
   bool dry_run = false;
   bool skip_unreachable = false;
   bool yes = false;
@@ -39,7 +41,7 @@ void set_sample(SessionSetup& session, const MeasureOptions& options) {
       throw UsageError("--material: what lies on a rig of metal cannot be chosen here",
                        "--simulate runs the session in a simulated world instead");
     }
-    if (options.seed != MeasureOptions{}.seed) {
+    if (options.seed) {
       throw UsageError("--seed: a rig of metal has no world to draw",
                        "--simulate runs the session in a simulated world instead");
     }
@@ -89,7 +91,7 @@ int measure(Context& context, const MeasureOptions& options) {
                           ? files::read_text_file(options.plan)
                           : plan_text(session.instrument.rig, session.plan, {}, {options.plan});
   set_sample(session, options);
-  session.seed = options.seed;
+  session.seed = options.seed.value_or(session.seed);
   session.labels = options.labels;
   if (session.labels.sample_id.empty()) session.labels.sample_id = session.material_name;
   session.archive = options.out;
@@ -146,7 +148,7 @@ void add_measure(const Command& root) {
   command.label("--sample-id", options->labels.sample_id, "Stored with the session");
   command.label("--operator", options->labels.operator_name, "Stored with the session");
   command.label("--note", options->labels.note, "Stored with the session");
-  command.seed(options->seed, "Of the simulated world");
+  command.seed(options->seed, "Of the simulated world (default 1)");
   command.flag("--skip-unreachable", options->skip_unreachable,
                "Leave out directions the rig cannot measure");
   command.flag("--simulate", options->simulate,

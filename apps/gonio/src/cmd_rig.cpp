@@ -72,6 +72,7 @@ int check(Context& context, const CheckOptions& options) {
                                            {"reachable_cells", reach.reachable_cells},
                                            {"refused_cells", refused},
                                            {"published_ten_reached", published_reached},
+                                           {"connected", options.connect},
                                            {"devices", identities}};
     context.console.result(json_text(result));
     return kSuccess;
@@ -93,7 +94,8 @@ int check(Context& context, const CheckOptions& options) {
   text += fmt::format("published ten   {} of {} reached\n", published_reached,
                       published.directions.size());
   for (const DeviceIdentity& each : devices) {
-    text += fmt::format("device          {:<12} {}\n", each.device, printable_line(each.identity));
+    text += fmt::format("{:<15} {:<12} {}\n", options.connect ? "answers" : "named", each.device,
+                        printable_line(each.identity));
   }
   context.console.result(text);
   if (!devices.empty() && !options.connect) {

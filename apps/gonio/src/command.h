@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -67,6 +68,8 @@ class Command {
   /// One or several, separated by commas.
   void numbers(const std::string& name, std::vector<double>& values, const std::string& help) const;
   void seed(std::uint64_t& value, const std::string& help) const;
+  /// Empty unless it was given.
+  void seed(std::optional<std::uint64_t>& value, const std::string& help) const;
   void choice(const std::string& name, std::string& value, const std::vector<std::string>& words,
               const std::string& help, Need need = Need::optional) const;
   /// --force

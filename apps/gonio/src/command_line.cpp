@@ -170,16 +170,25 @@ void Command::numbers(const std::string& name, std::vector<double>& values,
   app_->add_option(name, values, help)->delimiter(',')->check(is_number());
 }
 
+namespace {
+
+// CLI11 itself takes -1 for the largest number of all.
+std::string whole_number(const std::string& text) {
+  std::uint64_t parsed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parsed);
+  if (error == std::errc() && end == text.data() + text.size()) return "";
+  return fmt::format("found {}, expected a whole number from 0 to {}", text,
+                     std::numeric_limits<std::uint64_t>::max());
+}
+
+}  // namespace
+
 void Command::seed(std::uint64_t& value, const std::string& help) const {
-  // CLI11 itself takes -1 for the largest number of all.
-  const auto whole_number = [](const std::string& text) -> std::string {
-    std::uint64_t parsed = 0;
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), parsed);
-    if (error == std::errc() && end == text.data() + text.size()) return "";
-    return fmt::format("found {}, expected a whole number from 0 to {}", text,
-                       std::numeric_limits<std::uint64_t>::max());
-  };
   mark(app_->add_option("--seed", value, help)->check(whole_number), Need::optional, true);
+}
+
+void Command::seed(std::optional<std::uint64_t>& value, const std::string& help) const {
+  mark(app_->add_option("--seed", value, help)->check(whole_number), Need::optional, false);
 }
 
 void Command::choice(const std::string& name, std::string& value,

@@ -44,13 +44,19 @@ std::vector<Row> rows_of(const instrument::Instrument& instrument,
             "the lamp on?",
             v, pixel.dn_per_s, pixel.column, pixel.row));
       }
-      const WhiteFactor factor = white_factor(flat, views[v], pixel);
-      const double x = factor.lamp_x;
-      const double y = factor.lamp_y;
-      const double q = factor.camera_q;
+      const auto factor = white_factor(flat, views[v], pixel);
+      if (!factor) {
+        throw StepRefused(fmt::format(
+            "view {}: found no lit front of the sample plane at pixel ({:.1f}, {:.1f}), expected "
+            "the white: are the axes where they say?",
+            v, pixel.column, pixel.row));
+      }
+      const double x = factor->lamp_x;
+      const double y = factor->lamp_y;
+      const double q = factor->camera_q;
       Row row{v,
               column_of_channel[static_cast<std::size_t>(views[v].channel)],
-              std::log(pixel.dn_per_s / factor.per_constant),
+              std::log(pixel.dn_per_s / factor->per_constant),
               pixel.sigma_dn_per_s / pixel.dn_per_s,
               {},
               {}};

@@ -50,14 +50,12 @@ Eigen::Vector2d lamp_error(const instrument::Instrument& instrument, const Highl
   return angles;
 }
 
+/// 0 in the dark or from behind: as wrong as it can be.
 double predicted_signal(const instrument::Instrument& instrument, const VerificationData& data,
                         const WhiteView& view, const PixelSignal& pixel) {
-  try {
-    return data.constant[static_cast<std::size_t>(view.channel)] *
-           white_factor(instrument, view, pixel).per_constant;
-  } catch (const StepRefused&) {
-    return 0.0;  // in the dark or from behind: as wrong as it can be
-  }
+  const auto factor = white_factor(instrument, view, pixel);
+  if (!factor) return 0.0;
+  return data.constant[static_cast<std::size_t>(view.channel)] * factor->per_constant;
 }
 
 double white_sigma(const PixelSignal& pixel) {
@@ -313,19 +311,6 @@ Verification verify(const instrument::Instrument& instrument, const Verification
   }
   name_cause(instrument, data, residuals_of(instrument, data), verification);
   return verification;
-}
-
-std::optional<Eigen::Vector2d> mirror_image(const instrument::Instrument& instrument,
-                                            const rig::Joints& joints) {
-  const rig::RigPose pose = rig::forward(instrument.rig, joints);
-  const Eigen::Isometry3d sample_from_world = pose.world_from_sample.inverse();
-  const Eigen::Vector3d lamp = sample_from_world * pose.world_from_lamp.translation();
-  const Eigen::Vector3d eye = sample_from_world * pose.world_from_camera.translation();
-  if (!(lamp.z() > 0.0) || !(eye.z() > 0.0)) return std::nullopt;
-  // Straight line from the eye to the image of the lamp behind the plane.
-  const Eigen::Vector3d image(lamp.x(), lamp.y(), -lamp.z());
-  const Eigen::Vector3d point = eye + (image - eye) * (eye.z() / (eye.z() - image.z()));
-  return instrument::pixel_of_point(instrument, pose, point);
 }
 
 }  // namespace gonio::calibration

@@ -17,16 +17,11 @@ void require_view(bool ok, std::size_t view, const std::string& found, const cha
 
 }  // namespace
 
-WhiteFactor white_factor(const instrument::Instrument& instrument, const WhiteView& view,
-                         const PixelSignal& pixel) {
+std::optional<WhiteFactor> white_factor(const instrument::Instrument& instrument,
+                                        const WhiteView& view, const PixelSignal& pixel) {
   const rig::RigPose pose = rig::forward(instrument.rig, view.joints);
   const auto geometry = instrument::pixel_geometry(instrument, pose, pixel.column, pixel.row);
-  if (!geometry || !(geometry->factor > 0.0)) {
-    throw StepRefused(fmt::format(
-        "pixel ({:.1f}, {:.1f}): found no lit front of the sample plane there, expected the white: "
-        "are the axes where they say?",
-        pixel.column, pixel.row));
-  }
+  if (!geometry || !(geometry->factor > 0.0)) return std::nullopt;
   const double white = instrument::white_brdf(
       instrument.white,
       Angle::from_radians(std::acos(std::min(1.0, geometry->directions.wi.z()))))[view.channel];
@@ -34,8 +29,8 @@ WhiteFactor white_factor(const instrument::Instrument& instrument, const WhiteVi
       pose.world_from_lamp.inverse() * (pose.world_from_sample * geometry->point_in_sample_mm);
   const double x = (pixel.column - instrument.camera.cx_px) / instrument.camera.fx_px;
   const double y = (pixel.row - instrument.camera.cy_px) / instrument.camera.fy_px;
-  return {view.monitor * white * geometry->factor, in_lamp.x() / in_lamp.z(),
-          in_lamp.y() / in_lamp.z(), x * x + y * y};
+  return WhiteFactor{view.monitor * white * geometry->factor, in_lamp.x() / in_lamp.z(),
+                     in_lamp.y() / in_lamp.z(), x * x + y * y};
 }
 
 void require_white_views(const instrument::Instrument& instrument,

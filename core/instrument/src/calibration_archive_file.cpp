@@ -110,8 +110,6 @@ CalibrationArchive calibration_archive_from_json(const std::string& text,
                                                  const std::filesystem::path& place) {
   const nlohmann::json document = parse_document(text, place, kArchiveFormat, kArchiveVersion);
   JsonFields fields(document, "", place);
-  fields.text("format");
-  fields.integer("version");
   CalibrationArchive archive;
   try {
     archive.rig_sha256 = fields.text("rig_sha256");

@@ -123,8 +123,6 @@ std::string to_json(const Instrument& instrument) {
 Instrument instrument_from_json(const std::string& text, const std::filesystem::path& place) {
   const nlohmann::json document = parse_document(text, place, kFormat, kVersion);
   JsonFields fields(document, "", place);
-  fields.text("format");
-  fields.integer("version");
   Instrument instrument;
   instrument.id = fields.text("id");
   JsonFields rig = fields.object("rig");

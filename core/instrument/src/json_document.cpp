@@ -37,6 +37,8 @@ nlohmann::json parse_document(const std::string& text, const std::filesystem::pa
     throw DataFormatError(place, "version",
                           fmt::format("found {}, expected {}", found_version, version));
   }
+  document.erase("format");
+  document.erase("version");
   return document;
 }
 

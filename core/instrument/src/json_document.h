@@ -7,8 +7,9 @@
 
 namespace gonio::instrument {
 
-/// Parses a file of ours and checks its keys "format" and "version". Throws DataFormatError: not
-/// JSON, nested deeper than files of ours are, numbers out of range, another format or version.
+/// Parses a file of ours, checks its keys "format" and "version" and takes them out. Throws
+/// DataFormatError: not JSON, nested deeper than files of ours are, numbers out of range, another
+/// format or version.
 nlohmann::json parse_document(const std::string& text, const std::filesystem::path& place,
                               std::string_view format, int version);
 

@@ -17,10 +17,11 @@ namespace gonio::usbtmc_monitor {
 using devices::DeviceErrc;
 using devices::DeviceError;
 
-UsbtmcMonitor::UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, MonitorOptions options)
+UsbtmcMonitor::UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, MonitorOptions options,
+                             HostClock now)
     : name_(device->name()),
       options_(std::move(options)),
-      pipe_(std::make_unique<UsbtmcPipe>(std::move(device), options_.answer)) {
+      pipe_(std::make_unique<UsbtmcPipe>(std::move(device), options_.answer, std::move(now))) {
   if (options_.query.empty()) {
     throw std::invalid_argument(name_ + ": query: found none, expected a command");
   }

@@ -37,7 +37,7 @@ void UsbtmcPipe::send(std::string_view command) {
 }
 
 UsbtmcPipe::Deadline UsbtmcPipe::left(Deadline most) const {
-  const auto all = std::chrono::ceil<Deadline>(end_ - Wall::now());
+  const auto all = std::chrono::ceil<Deadline>(end_ - now_());
   if (all <= Deadline(0)) {
     throw DeviceError(DeviceErrc::Timeout, device_->name(), "no answer in time");
   }
@@ -51,7 +51,7 @@ std::string UsbtmcPipe::query(std::string_view command) {
 }
 
 std::string UsbtmcPipe::receive() {
-  const Wall::time_point end = std::min(Wall::now() + answer_, end_);
+  const Wall::time_point end = std::min(now_() + answer_, end_);
   std::string text;
   for (std::size_t part = 0; part < kMostParts; ++part) {
     tag_ = next_tag(tag_);
@@ -78,7 +78,7 @@ Bytes UsbtmcPipe::transfer_in(Wall::time_point end, std::size_t& wanted) {
   const std::size_t packet = device_->layout().max_packet_in;
   Bytes transfer;
   while (true) {
-    const auto left = std::chrono::ceil<Deadline>(end - Wall::now());
+    const auto left = std::chrono::ceil<Deadline>(end - now_());
     if (left <= Deadline(0)) {
       throw DeviceError(DeviceErrc::Timeout, device_->name(), "no answer in time");
     }

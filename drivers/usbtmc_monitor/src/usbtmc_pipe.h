@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "gonio/usb_bus/usb_device.h"
+#include "gonio/usbtmc_monitor/host_clock.h"
 #include "gonio/usbtmc_monitor/usbtmc_message.h"
 
 namespace gonio::usbtmc_monitor {
@@ -20,14 +21,14 @@ class UsbtmcPipe {
  public:
   using Deadline = std::chrono::milliseconds;
 
-  UsbtmcPipe(std::shared_ptr<usb_bus::UsbDevice> device, Deadline answer)
-      : device_(std::move(device)), answer_(answer) {}
+  UsbtmcPipe(std::shared_ptr<usb_bus::UsbDevice> device, Deadline answer, HostClock now)
+      : device_(std::move(device)), answer_(answer), now_(std::move(now)) {}
 
   usb_bus::UsbDevice& device() { return *device_; }
 
   /// From here on all that is asked and all recovery take `within` together; Timeout after that.
-  void begin(Deadline within) { end_ = std::chrono::steady_clock::now() + within; }
-  bool time_is_up() const { return std::chrono::steady_clock::now() >= end_; }
+  void begin(Deadline within) { end_ = now_() + within; }
+  bool time_is_up() const { return now_() >= end_; }
 
   void send(std::string_view command);
   /// The answer to exactly this command: one to an earlier request, which comes late, is dropped by
@@ -51,6 +52,7 @@ class UsbtmcPipe {
 
   std::shared_ptr<usb_bus::UsbDevice> device_;
   Deadline answer_;
+  HostClock now_;
   std::uint8_t tag_ = 0;
   std::chrono::steady_clock::time_point end_{};
   bool to_recover_ = false;  ///< an earlier recovery ran out of time

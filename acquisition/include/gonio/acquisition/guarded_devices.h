@@ -63,8 +63,9 @@ class GuardedDevices {
 
  private:
   void require_running() const;
-  /// Again after a broken answer, and after a missing one unless told otherwise.
-  void retrying(const std::function<void()>& call, bool after_timeout = true);
+  /// Which of the errors that a repetition may help are reason for one.
+  enum class Again { after_all, not_after_timeout };
+  void retrying(const std::function<void()>& call, Again again = Again::after_all);
   rig::Joints start_of_move();
   void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);

@@ -7,6 +7,7 @@
 
 #include "gonio/devices/light_source.h"
 #include "gonio/usb_bus/usb_device.h"
+#include "gonio/usbtmc_monitor/host_clock.h"
 
 namespace gonio::usbtmc_monitor {
 
@@ -49,7 +50,8 @@ class UsbtmcMonitor final : public devices::LampMonitor {
   static constexpr std::chrono::milliseconds kRecovery{1000};
 
   /// Throws std::invalid_argument for an empty query, a zero that is not finite, no time.
-  explicit UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, MonitorOptions options = {});
+  explicit UsbtmcMonitor(std::shared_ptr<usb_bus::UsbDevice> device, MonitorOptions options = {},
+                         HostClock now = std::chrono::steady_clock::now);
   ~UsbtmcMonitor() override;
 
   const std::string& name() const override { return name_; }

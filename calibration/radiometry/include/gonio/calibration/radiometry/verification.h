@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -70,10 +69,5 @@ struct Verification {
 /// Limits   white 1.5 % per region mean, mirror image 0.05 deg of wi, ratios as each says.
 /// Throws   StepRefused: as require_white_views(); fewer than 3 white poses or 3 mirror poses.
 Verification verify(const instrument::Instrument& instrument, const VerificationData& data);
-
-/// Pixel where a point lamp's image in the sample plane (a flat mirror) is seen; none where it is
-/// not. Frame: as CameraModel.
-std::optional<Eigen::Vector2d> mirror_image(const instrument::Instrument& instrument,
-                                            const rig::Joints& joints);
 
 }  // namespace gonio::calibration

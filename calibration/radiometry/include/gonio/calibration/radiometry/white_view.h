@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "gonio/instrument/instrument.h"
@@ -31,10 +32,10 @@ struct WhiteFactor {
   double camera_q;  ///< squared tangent of the field angle, as in instrument::Vignetting
 };
 
-/// With `instrument`'s fields and white. Throws StepRefused when the pixel does not see the lit
-/// front of the white, or the instrument refuses.
-WhiteFactor white_factor(const instrument::Instrument& instrument, const WhiteView& view,
-                         const PixelSignal& pixel);
+/// With `instrument`'s fields and white; none where the pixel does not see the lit front of the
+/// white.
+std::optional<WhiteFactor> white_factor(const instrument::Instrument& instrument,
+                                        const WhiteView& view, const PixelSignal& pixel);
 
 /// Throws StepRefused, naming the view by its index: no views or pixels, signals, sigmas or
 /// monitors that are not finite and positive, a channel that is none, a wrong number of joints.
