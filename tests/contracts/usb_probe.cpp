@@ -4,6 +4,8 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <cstdint>
 #include <exception>
 #include <iostream>
 #include <string>
@@ -41,6 +43,14 @@ int hold(const std::string& serial) {
   return 0;
 }
 
+/// Holds the device and reads from it, never out of a call for long, until it is killed.
+[[noreturn]] void read_for_ever(const std::string& serial) {
+  const auto device = open_stage(serial);
+  std::cout << "reading" << std::endl;
+  std::vector<std::uint8_t> room(device->layout().max_packet_in);
+  while (true) device->bulk_in(room, std::chrono::seconds(1));
+}
+
 /// Sets a serial port up as RTU drives want it, says "ping" and prints what comes back.
 int talk(const char* port) {
   const int file = open(port, O_RDWR | O_NOCTTY);
@@ -66,6 +76,7 @@ int main(int count, char** arguments) {
     if (words.at(0) == "list") return list();
     if (words.at(0) == "open") return open_times(words.at(1), std::stoi(words.at(2)));
     if (words.at(0) == "hold") return hold(words.at(1));
+    if (words.at(0) == "read") read_for_ever(words.at(1));
     if (words.at(0) == "talk") return talk(words.at(1).c_str());
   } catch (const std::exception& error) {
     std::cout << error.what() << '\n';

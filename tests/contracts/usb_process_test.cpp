@@ -133,6 +133,19 @@ TEST(UsbProcess, KilledProcessHoldsNothing) {
   EXPECT_EQ(second.line(), "opened 1");
 }
 
+// A call of the killed program is under way almost always; a few kills make it certain.
+TEST(UsbProcess, ProcessKilledWithinACallHoldsNothing) {
+  const UsbRig rig;
+  for (int time = 0; time < 10; ++time) {
+    Probe first(rig.bed, {"read", UsbRig::kStageSerial});
+    ASSERT_EQ(first.line(), "reading");
+    first.kill_it();
+    EXPECT_EQ(first.end(), -SIGKILL);
+    Probe second(rig.bed, {"open", UsbRig::kStageSerial, "1"});
+    EXPECT_EQ(second.line(), "opened 1");
+  }
+}
+
 TEST(UsbProcess, StageCanBeHomedAfterItsMasterWasKilled) {
   UsbRig rig;
   Probe first(rig.bed, {"hold", UsbRig::kStageSerial});

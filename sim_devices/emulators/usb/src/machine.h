@@ -49,7 +49,14 @@ struct Urb {
 
 /// One opening of the device by a program.
 struct Client {
-  CallPtr connection;
+  explicit Client(UMockdevIoctlClient* opened) { g_weak_ref_init(&connection, opened); }
+  ~Client() { g_weak_ref_clear(&connection); }
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+
+  /// Weak: umockdev lets go of a program that was killed within a call without calling it
+  /// disconnected, and a call that waits here has a reference of its own.
+  mutable GWeakRef connection;
   bool claimed = false;  ///< the one interface
   CallPtr claim;         ///< a claim that waits, lest its holder has just been killed
   Wall::time_point claim_until;
@@ -62,7 +69,16 @@ struct Client {
   void finish(Urb urb, int status, std::size_t moved);
   /// Hands over what is done, or says that nothing is once the patience is over.
   void answer_reap();
-  bool gone() const { return umockdev_ioctl_client_get_connected(connection.get()) == 0; }
+  bool is(UMockdevIoctlClient* call) const { return opened().get() == call; }
+  bool gone() const {
+    const CallPtr call = opened();
+    return !call || umockdev_ioctl_client_get_connected(call.get()) == 0;
+  }
+
+ private:
+  CallPtr opened() const {
+    return CallPtr(static_cast<UMockdevIoctlClient*>(g_weak_ref_get(&connection)));
+  }
 };
 
 class Machine;

@@ -83,10 +83,9 @@ void Client::answer_reap() {
 
 Client& Socket::client_of(UMockdevIoctlClient* call) {
   for (const auto& client : clients) {
-    if (client->connection.get() == call) return *client;
+    if (client->is(call)) return *client;
   }
-  clients.push_back(std::make_unique<Client>());
-  clients.back()->connection = kept(call);
+  clients.push_back(std::make_unique<Client>(call));
   return *clients.back();
 }
 
