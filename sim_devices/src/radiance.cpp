@@ -16,8 +16,12 @@ namespace {
 
 constexpr std::size_t kKeptImages = 4;
 constexpr std::size_t kRadianceRows = 8;
-// A pixel in which something else begins is the mean of so many rays a side.
-constexpr int kRaysPerSide = 4;
+// A pixel in which something else begins is the mean of so many rays, which lie on a Fibonacci
+// lattice (Sloan, Joe, Lattice Methods for Multiple Integration, 1994): no two share a column or a
+// row, so that an edge along either is placed to 1/34 px; a square grid of as many places it to
+// 1/6 px.
+constexpr int kRays = 34;
+constexpr int kRayStep = 21;
 constexpr double kSquareMmPerSquareM = 1e6;
 
 Eigen::Isometry3d mounted(const MountOptions& mount) {
@@ -246,10 +250,10 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
       const Eigen::Vector2d& centre = lens_.ray(pixel);
       brdf::Rgb radiance = brdf::Rgb::Zero();
       if (fine && view.changes_within(centre, across, down)) {
-        for (int i = 0; i < kRaysPerSide * kRaysPerSide; ++i) {
-          const double x = (i % kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
-          const double y = (i / kRaysPerSide + 0.5) / kRaysPerSide - 0.5;
-          radiance += view.along(centre + x * across + y * down) / (kRaysPerSide * kRaysPerSide);
+        for (int i = 0; i < kRays; ++i) {
+          const double x = (i + 0.5) / kRays - 0.5;
+          const double y = (i * kRayStep % kRays + 0.5) / kRays - 0.5;
+          radiance += view.along(centre + x * across + y * down) / kRays;
         }
       } else {
         radiance = view.along(centre);

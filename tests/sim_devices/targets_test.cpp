@@ -121,6 +121,35 @@ TEST(Board, EdgesLieWhereTheCameraProjectsThem) {
       << "the second column is black above and white below";
 }
 
+TEST(Board, EdgesMoveByAsLittleAsTheBoardDoes) {
+  // The share of black in the pixel of an edge along rows, and along columns.
+  const auto covered = [](double x_mm, double y_mm, int row, int column) {
+    SimOptions options = ideal_options(0.5);
+    BoardOptions& board = options.scene.board;
+    board.columns = board.rows = 1;
+    board.white = {false};
+    board.cell_mm = 20.0;
+    board.x_mm = x_mm;
+    board.y_mm = y_mm;
+    const auto frame = picture_of(options, Target::board, {30.0_deg, 0.0_deg, 0.0_deg}, 45ms);
+    const bool edge_along_column = row == 128;
+    const double black =
+        edge_along_column ? dn(frame, row, column - 1) : dn(frame, row + 1, column);
+    const double white = black * 0.85 / 0.04;
+    return (white - dn(frame, row, column)) / (white - black);
+  };
+  // The right and the upper edge, `share` of the way through pixel column 200 and row 88.
+  const double px_mm = kCameraMm / kFocalPx;
+  for (const double share : {0.06, 0.2, 0.31, 0.45, 0.55, 0.69, 0.83, 0.94}) {
+    const double x_mm = (39.5 + share) * px_mm - 10.0;
+    const double y_mm = (39.5 + share) * px_mm - 10.0;
+    // Half a step of the rays; black of 180 DN, rounded, from which white is made; shading.
+    constexpr double kTolerance = 0.5 / 34 + 0.004;
+    EXPECT_NEAR(covered(x_mm, y_mm, 128, 200), share, kTolerance);
+    EXPECT_NEAR(covered(x_mm, y_mm, 88, 160), share, kTolerance);
+  }
+}
+
 TEST(Board, ItsMarginIsWhiteAndTheHolderLiesAround) {
   SimOptions options = ideal_options(0.5);
   options.scene.white_patch = false;
