@@ -100,9 +100,7 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
         if ((geometry->point_in_sample_mm.head<2>() - centre).cwiseAbs().maxCoeff() > half_width) {
           continue;
         }
-        const Angle theta_i =
-            Angle::from_radians(std::acos(std::min(1.0, geometry->directions.wi.z())));
-        const brdf::Rgb white = instrument::white_brdf(instrument.white, theta_i);
+        const brdf::Rgb white = instrument::white_brdf(instrument.white, geometry->directions);
         const auto pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
                            static_cast<std::size_t>(column);
         for (int colour = 0; colour < 3; ++colour) {

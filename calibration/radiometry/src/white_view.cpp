@@ -22,9 +22,7 @@ std::optional<WhiteFactor> white_factor(const instrument::Instrument& instrument
   const rig::RigPose pose = rig::forward(instrument.rig, view.joints);
   const auto geometry = instrument::pixel_geometry(instrument, pose, pixel.column, pixel.row);
   if (!geometry || !(geometry->factor > 0.0)) return std::nullopt;
-  const double white = instrument::white_brdf(
-      instrument.white,
-      Angle::from_radians(std::acos(std::min(1.0, geometry->directions.wi.z()))))[view.channel];
+  const double white = instrument::white_brdf(instrument.white, geometry->directions)[view.channel];
   const Eigen::Vector3d in_lamp =
       pose.world_from_lamp.inverse() * (pose.world_from_sample * geometry->point_in_sample_mm);
   const double x = (pixel.column - instrument.camera.cx_px) / instrument.camera.fx_px;

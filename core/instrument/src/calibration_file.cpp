@@ -1,5 +1,7 @@
 #include "gonio/instrument/calibration_file.h"
 
+#include <algorithm>
+
 #include "gonio/files/text_file.h"
 #include "json_document.h"
 #include "rig_json.h"
@@ -53,13 +55,49 @@ LampField lamp_field_from_json(JsonFields fields) {
   return field;
 }
 
+/// A list of {theta_i_deg, relative}, or an object with three lists of nodes and the factors.
+AngularTable angular_from_json(JsonFields& white) {
+  constexpr std::size_t kMaxNodes = 1000000;
+  AngularTable table;
+  if (white.is_array("angular")) {
+    white.each_object("angular", [&](JsonFields& point) {
+      table.theta_i_deg.push_back(point.number("theta_i_deg"));
+      table.factor.push_back(point.number("relative"));
+    });
+    if (table.empty()) return table;
+    return AngularTable::of_incidence(table.theta_i_deg, table.factor);
+  }
+  JsonFields fields = white.object("angular");
+  table.theta_i_deg = fields.numbers("theta_i_deg");
+  table.theta_o_deg = fields.numbers("theta_o_deg");
+  table.delta_phi_deg = fields.numbers("delta_phi_deg");
+  // Lists are short, so that the product fits.
+  const std::size_t nodes =
+      table.theta_i_deg.size() * table.theta_o_deg.size() * table.delta_phi_deg.size();
+  table.factor = fields.numbers("factor", std::min(nodes, kMaxNodes));
+  fields.finish();
+  return table;
+}
+
+Json angular_to_json(const AngularTable& table) {
+  if (table.theta_o_deg.size() > 1 || table.delta_phi_deg.size() > 1) {
+    return {{"theta_i_deg", table.theta_i_deg},
+            {"theta_o_deg", table.theta_o_deg},
+            {"delta_phi_deg", table.delta_phi_deg},
+            {"factor", table.factor}};
+  }
+  Json points = Json::array();
+  for (std::size_t i = 0; i < table.factor.size(); ++i) {
+    points.push_back({{"theta_i_deg", table.theta_i_deg[i]}, {"relative", table.factor[i]}});
+  }
+  return points;
+}
+
 WhiteReference white_from_json(JsonFields fields) {
   WhiteReference white;
   white.id = fields.text("id");
   white.reflectance = fields.vector<3>("reflectance").array();
-  fields.each_object("angular", [&](JsonFields& point) {
-    white.angular.push_back({point.number("theta_i_deg"), point.number("relative")});
-  });
+  white.angular = angular_from_json(fields);
   white.u_relative = fields.number("u_relative");
   fields.finish();
   return white;
@@ -71,10 +109,6 @@ std::string to_json(const Instrument& instrument) {
   const CameraModel& camera = instrument.camera;
   const SensorModel& sensor = instrument.sensor;
   const LampField& field = instrument.lamp_field;
-  Json angular = Json::array();
-  for (const auto& point : instrument.white.angular) {
-    angular.push_back({{"theta_i_deg", point.theta_i_deg}, {"relative", point.relative}});
-  }
   const brdf::Rgb& white = instrument.white.reflectance;
   const Json document = {{"format", kFormat},
                          {"version", kVersion},
@@ -112,7 +146,7 @@ std::string to_json(const Instrument& instrument) {
                          {"white",
                           {{"id", instrument.white.id},
                            {"reflectance", Json::array({white[0], white[1], white[2]})},
-                           {"angular", angular},
+                           {"angular", angular_to_json(instrument.white.angular)},
                            {"u_relative", instrument.white.u_relative}}},
                          {"u_normal_deg", instrument.u_normal.degrees()},
                          {"u_lamp_relative", instrument.u_lamp_relative},

@@ -2,8 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <numbers>
 #include <stdexcept>
+
+#include "angular_table.h"
 
 namespace gonio::instrument {
 namespace {
@@ -39,11 +40,7 @@ void Instrument::validate() const {
     require(white.reflectance[c] > 0.0 && white.reflectance[c] <= 1.5, "white.reflectance",
             white.reflectance[c], "above 0, at most 1.5");
   }
-  for (std::size_t i = 0; i < white.angular.size(); ++i) {
-    require(white.angular[i].relative > 0.0, "white.angular", white.angular[i].relative, "above 0");
-    require(i == 0 || white.angular[i].theta_i_deg > white.angular[i - 1].theta_i_deg,
-            "white.angular", white.angular[i].theta_i_deg, "ascending theta_i_deg");
-  }
+  require_table(white.angular);
   require(white.u_relative >= 0.0, "white.u_relative", white.u_relative, "0 or more");
   require(u_normal >= Angle(), "u_normal_deg", u_normal.degrees(), "0 or more");
   require(u_lamp_relative >= 0.0, "u_lamp_relative", u_lamp_relative, "0 or more");
@@ -64,27 +61,6 @@ double relative_intensity(const LampField& field, const Eigen::Vector3d& directi
   const double y = direction_in_lamp.y() / direction_in_lamp.z();
   return 1.0 + field.c10 * x + field.c01 * y + field.c20 * x * x + field.c11 * x * y +
          field.c02 * y * y;
-}
-
-brdf::Rgb white_brdf(const WhiteReference& white, Angle theta_i) {
-  double relative = 1.0;
-  const auto& table = white.angular;
-  if (!table.empty()) {
-    const double theta = theta_i.degrees();
-    std::size_t upper = 0;
-    while (upper < table.size() && table[upper].theta_i_deg < theta) ++upper;
-    if (upper == 0) {
-      relative = table.front().relative;
-    } else if (upper == table.size()) {
-      relative = table.back().relative;
-    } else {
-      const auto& a = table[upper - 1];
-      const auto& b = table[upper];
-      const double t = (theta - a.theta_i_deg) / (b.theta_i_deg - a.theta_i_deg);
-      relative = a.relative + t * (b.relative - a.relative);
-    }
-  }
-  return white.reflectance * (relative * std::numbers::inv_pi);
 }
 
 }  // namespace gonio::instrument

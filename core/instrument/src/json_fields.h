@@ -79,6 +79,12 @@ class JsonFields {
     }
     return values;
   }
+  /// Finite numbers, as many as there are.
+  std::vector<double> numbers(const char* key) {
+    const std::size_t count = array(key).size();
+    return numbers(key, count);
+  }
+  bool is_array(const char* key) { return at(key).is_array(); }
   std::vector<std::string> texts(const char* key) {
     std::vector<std::string> values;
     for (const nlohmann::json& value : array(key)) {

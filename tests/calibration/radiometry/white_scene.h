@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -16,7 +17,11 @@ inline instrument::Instrument true_instrument() {
   instrument::Instrument instrument = instrument::example_instrument();
   instrument.lamp_field = {.c10 = 0.05, .c01 = -0.03, .c20 = -1.8, .c11 = 0.4, .c02 = -2.2};
   instrument.vignetting = {.v1 = -1.9, .v2 = 3.0, .v3 = 0.0};
-  instrument.white.angular = {{0.0, 1.0}, {30.0, 1.004}, {60.0, 0.985}, {80.0, 0.95}};
+  // Two functions of theta_i, joined over theta_o: one at 0, the other at 90 deg.
+  instrument.white.angular = {{0.0, 30.0, 60.0, 80.0},
+                              {0.0, 90.0},
+                              {0.0},
+                              {1.0, 1.0, 1.004, 0.994, 0.985, 0.975, 0.95, 0.94}};
   return instrument;
 }
 
@@ -53,9 +58,11 @@ inline WhiteView seen_white(const instrument::Instrument& truth, const rig::Join
           std::pow(truth.camera.fx_px, 2);
       const double lens = 1.0 + truth.vignetting.v1 * q + truth.vignetting.v2 * q * q;
       const double theta_deg = std::acos(cosine) * 180.0 / std::numbers::pi;
-      const double factor = theta_deg < 30.0   ? 1.0 + 0.004 * theta_deg / 30.0
-                            : theta_deg < 60.0 ? 1.004 - 0.019 * (theta_deg - 30.0) / 30.0
-                                               : 0.985 - 0.035 * (theta_deg - 60.0) / 20.0;
+      const double seen_deg = std::acos(-normal.dot(ray.normalized())) * 180.0 / std::numbers::pi;
+      const double factor = (theta_deg < 30.0   ? 1.0 + 0.004 * theta_deg / 30.0
+                             : theta_deg < 60.0 ? 1.004 - 0.019 * (theta_deg - 30.0) / 30.0
+                                                : 0.985 - 0.035 * (theta_deg - 60.0) / 20.0) -
+                            0.01 * seen_deg / 90.0 * std::min(1.0, theta_deg / 30.0);
       const double white = truth.white.reflectance[channel] * factor / std::numbers::pi;
       const double signal = kConstant[static_cast<std::size_t>(channel)] * monitor * white * field *
                             lens * cosine / to_lamp.squaredNorm();

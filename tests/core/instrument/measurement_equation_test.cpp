@@ -59,12 +59,45 @@ TEST(Vignetting, IsOneAtThePrincipalPointAndFollowsItsPolynomialInTheField) {
   EXPECT_NEAR(relative_response(instrument, 159.5 + 140.0, 127.5), 0.9803, kRounding);
 }
 
+/// Light at azimuth 17 deg, the detector `delta_phi_deg` further.
+brdf::DirectionPair pair_deg(double theta_i_deg, double theta_o_deg, double delta_phi_deg) {
+  const auto at = [](double theta_deg, double phi_deg) {
+    const double theta = Angle::from_degrees(theta_deg).radians();
+    const double phi = Angle::from_degrees(phi_deg).radians();
+    return Eigen::Vector3d(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
+                           std::cos(theta));
+  };
+  return {at(theta_i_deg, 17.0), at(theta_o_deg, 17.0 + delta_phi_deg)};
+}
+
 TEST(WhiteReference, IsInterpolatedInItsTableAndHeldAtTheEnds) {
   WhiteReference white = example_instrument().white;
-  EXPECT_NEAR(white_brdf(white, 70_deg)[0], 0.99 / std::numbers::pi, kRounding);
-  white.angular = {{0.0, 1.02}, {40.0, 1.0}, {60.0, 0.9}};
-  EXPECT_NEAR(white_brdf(white, 50_deg)[1], 0.985 * 0.95 / std::numbers::pi, kRounding);
-  EXPECT_NEAR(white_brdf(white, 80_deg)[2], 0.98 * 0.9 / std::numbers::pi, kRounding);
+  EXPECT_NEAR(white_brdf(white, pair_deg(70, 10, 0))[0], 0.99 / std::numbers::pi, kRounding);
+  white.angular = AngularTable::of_incidence({0.0, 40.0, 60.0}, {1.02, 1.0, 0.9});
+  EXPECT_NEAR(white_brdf(white, pair_deg(50, 80, 33))[1], 0.985 * 0.95 / std::numbers::pi,
+              kRounding);
+  EXPECT_NEAR(white_brdf(white, pair_deg(80, 5, 170))[2], 0.98 * 0.9 / std::numbers::pi, kRounding);
+}
+
+TEST(WhiteReference, LooksAtLightDetectorAndTheAngleBetween) {
+  WhiteReference white;
+  // Every node a number of its own: digits are the nodes' places.
+  white.angular = {{20.0, 60.0}, {10.0, 30.0, 70.0}, {0.0, 120.0}, {}};
+  for (const double i : {1.0, 2.0}) {
+    for (const double o : {0.1, 0.2, 0.4}) {
+      for (const double p : {0.0, 0.03}) white.angular.factor.push_back(i + o + p);
+    }
+  }
+  const auto factor = [&](double theta_i, double theta_o, double phi) {
+    return white_brdf(white, pair_deg(theta_i, theta_o, phi))[0] * std::numbers::pi;
+  };
+  EXPECT_NEAR(factor(20, 10, 0), 1.1, kRounding);
+  EXPECT_NEAR(factor(60, 30, 120), 2.23, kRounding);
+  EXPECT_NEAR(factor(30, 50, 40), 1.25 + 0.3 + 0.01, kRounding);
+  EXPECT_NEAR(factor(30, 50, -40), 1.56, kRounding) << "either side";
+  EXPECT_NEAR(factor(30, 50, 320), 1.56, kRounding);
+  EXPECT_NEAR(factor(85, 5, 180), 2.0 + 0.1 + 0.03, kRounding) << "held beyond the ends";
+  EXPECT_NEAR(factor(0, 30, 90), 1.2, kRounding) << "no azimuth on the normal";
 }
 
 TEST(LampField, IsMeasuredInTangentsFromTheLampAxis) {

@@ -40,16 +40,26 @@ struct LampField {
   double c02 = 0.0;
 };
 
-/// The white reference: f_w = R / pi * D(theta_i), D from the certificate's table.
+/// D of a white reference at the nodes of a grid of directions.
+struct AngularTable {
+  std::vector<double> theta_i_deg;    ///< ascending, 0 .. 90
+  std::vector<double> theta_o_deg;    ///< ascending, 0 .. 90; a single one: not looked at
+  std::vector<double> delta_phi_deg;  ///< between light and detector, ascending, 0 .. 180; the same
+  std::vector<double> factor;         ///< [theta_i][theta_o][delta_phi], above 0
+
+  bool empty() const { return factor.empty(); }
+
+  /// Of a certificate that knows the angle of incidence only.
+  static AngularTable of_incidence(std::vector<double> theta_i_deg, std::vector<double> factor);
+};
+
+/// The white reference: f_w = R / pi * D(theta_i, theta_o, delta_phi), D from the certificate's
+/// table.
 struct WhiteReference {
   std::string id;
   brdf::Rgb reflectance = brdf::Rgb::Ones();
-  struct AngularPoint {
-    double theta_i_deg;
-    double relative;  ///< D
-  };
-  std::vector<AngularPoint> angular;  ///< ascending in theta_i; empty: D = 1 everywhere
-  double u_relative = 0.0;            ///< standard uncertainty of f_w at the reference pose
+  AngularTable angular;     ///< empty: D = 1 everywhere
+  double u_relative = 0.0;  ///< standard uncertainty of f_w
 };
 
 /// The calibrated instrument as plain data: all that turns raw frames into BRDF values. Kept in a
@@ -76,7 +86,9 @@ double relative_response(const Instrument& instrument, double column, double row
 /// Relative intensity of the lamp towards `direction_in_lamp` (lamp frame, z along the axis).
 double relative_intensity(const LampField& field, const Eigen::Vector3d& direction_in_lamp);
 
-/// BRDF of the white reference in 1/sr at a polar angle of incidence.
-brdf::Rgb white_brdf(const WhiteReference& white, Angle theta_i);
+/// BRDF of the white reference in 1/sr. `directions` are above its plane. D is linear in each of
+/// the three angles between the nodes and constant beyond the outermost. With light or detector on
+/// the normal delta_phi has no meaning and counts as 0: a table has the same value for all there.
+brdf::Rgb white_brdf(const WhiteReference& white, const brdf::DirectionPair& directions);
 
 }  // namespace gonio::instrument
