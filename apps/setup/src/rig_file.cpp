@@ -187,6 +187,8 @@ void visit_session(ConfigVisitor& v, RigFile& file) {
     v.enumeration("placement", session.white, {"in_frame", "changer", "manual"}, "");
     v.text("id", file.white.id, "");
     v.numbers("reflectance", {file.white.reflectance.data(), 3}, {0.01, 1.0}, "R, G, B");
+    v.text("certificate", file.certificate,
+           "CSV of its angular factor, relative to this file; empty: 1");
     v.number("u_relative", file.white.u_relative, kShare, "its standard uncertainty");
     double half_width_mm = session.white_half_width_mm.value_or(session.sample_half_width_mm);
     v.number("half_width_mm", half_width_mm, {0.1, 1e4},
@@ -214,6 +216,7 @@ void visit_simulation(ConfigVisitor& v, RigFile& file) {
   v.table("simulation", "What is true in the simulated world and unknown to the session", [&] {
     sim::SimOptions& world = file.world;
     v.text("material", file.material, "on the rig unless `measure --material` names another");
+    v.flag("hidden", file.hidden, "true: a world off these values, by the seed, to be calibrated");
     v.angle("tilt_rms_deg", file.tilt_rms, {0.0, 10.0}, "of the sample's normal, about x and y");
     v.angle("zero_offset_deg", file.axis_errors.zero_offset, {-10.0, 10.0}, "of every axis");
     v.angle("backlash_deg", file.axis_errors.backlash, {0.0, 5.0}, "");
@@ -287,6 +290,10 @@ void check_file(const RigFile& file, const ConfigReader& reader,
                        "the patch beside it",
                        file.session.white_patch_mm.x(), file.session.white_patch_mm.y(),
                        file.session.sample_half_width_mm));
+  }
+  if (file.hidden && (file.kind != RigFile::Kind::la2 || file.white_light)) {
+    refuse("simulation.hidden",
+           "found true, which is made for rig.type = \"la2\" with R, G, B channels");
   }
   if (file.white_light != (file.world.camera.pixel_format != devices::PixelFormat::mono)) {
     refuse("simulation.white_light",

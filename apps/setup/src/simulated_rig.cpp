@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/instrument/calibration_file.h"
+#include "gonio/setup/white_certificate.h"
+#include "gonio/sim/angular_white.h"
+#include "gonio/sim/hidden_options.h"
 #include "narrower_rig.h"
 
 namespace gonio::cli {
@@ -13,17 +17,105 @@ namespace {
 /// Relative, k = 1: what lamp monitor and field are trusted to on a rig that was not calibrated.
 constexpr double kNominalLampUncertainty = 0.001;
 
-}  // namespace
+std::vector<double> degrees_of(const std::vector<Angle>& angles) {
+  std::vector<double> degrees;
+  for (const Angle angle : angles) degrees.push_back(angle.degrees());
+  return degrees;
+}
 
-sim::SimOptions simulated_world(const RigFile& file,
-                                std::shared_ptr<const brdf::BrdfModel> material,
+std::vector<Angle> angles_of(const std::vector<double>& degrees) {
+  std::vector<Angle> angles;
+  for (const double each : degrees) angles.push_back(Angle::from_degrees(each));
+  return angles;
+}
+
+/// The certificate is true of the simulated tile and patch.
+std::shared_ptr<const brdf::BrdfModel> true_white(const instrument::WhiteReference& white) {
+  if (white.angular.empty()) return std::make_shared<brdf::Lambertian>(white.reflectance);
+  const instrument::AngularTable& table = white.angular;
+  return std::make_shared<sim::AngularWhite>(
+      white.reflectance,
+      sim::AngularFactor{angles_of(table.theta_i_deg), angles_of(table.theta_o_deg),
+                         angles_of(table.delta_phi_deg), table.factor});
+}
+
+/// As the rig file says, with errors of the sizes it says.
+sim::SimOptions described_world(const RigFile& file,
+                                const std::shared_ptr<const brdf::BrdfModel>& material,
                                 std::uint64_t seed) {
   const sim::SimOptions nominal = sim::nominal_options(material, seed);
   sim::SimOptions world = file.world;
   world.rig = file.rig;
-  world.scene.sample = std::move(material);
-  world.seed = seed;
+  world.scene.sample = material;
   world.axes.assign(file.rig.axes.size(), file.axis_errors);
+  // The same draw as the nominal world's, at this file's size.
+  const double size = file.tilt_rms / Angle::from_degrees(sim::kNominalTiltDeg);
+  world.sample_mount.tilt_about_x = nominal.sample_mount.tilt_about_x * size;
+  world.sample_mount.tilt_about_y = nominal.sample_mount.tilt_about_y * size;
+  return world;
+}
+
+/// Off what the rig file says by what a calibration has to find.
+sim::SimOptions hidden_world(const RigFile& file,
+                             const std::shared_ptr<const brdf::BrdfModel>& material,
+                             std::uint64_t seed) {
+  sim::SimOptions world = sim::hidden_options(material, seed);
+  // This file's axes as planning sees them and its distances, with the misalignments.
+  const rig::RigDescription aligned = rig::la2();
+  world.rig.axes = file.rig.axes;
+  world.rig.camera.home_pose =
+      file.rig.camera.home_pose * (aligned.camera.home_pose.inverse() * world.rig.camera.home_pose);
+  world.rig.lamp.home_pose =
+      file.rig.lamp.home_pose * (aligned.lamp.home_pose.inverse() * world.rig.lamp.home_pose);
+  // The same errors of lens and sensor, in a window of this file's size and at its resolution.
+  const sim::CameraOptions drawn = world.camera;
+  const sim::CameraOptions& nominal = file.world.camera;
+  const sim::CameraOptions plain = sim::nominal_options(material, seed).camera;
+  sim::CameraOptions& camera = world.camera;
+  const double finer = nominal.fx_px / plain.fx_px;
+  camera.width_px = nominal.width_px;
+  camera.height_px = nominal.height_px;
+  camera.fx_px = drawn.fx_px * finer;
+  camera.fy_px = drawn.fy_px * finer;
+  camera.cx_px = nominal.cx_px + (drawn.cx_px - 0.5 * (drawn.width_px - 1)) * finer;
+  camera.cy_px = nominal.cy_px + (drawn.cy_px - 0.5 * (drawn.height_px - 1)) * finer;
+  camera.min_exposure = nominal.min_exposure;
+  camera.max_exposure = nominal.max_exposure;
+  camera.readout = nominal.readout;
+  camera.bits = nominal.bits;
+  camera.black_level_dn = nominal.black_level_dn;
+  camera.dn_per_electron *= nominal.dn_per_electron / plain.dn_per_electron;
+  camera.full_well_e *= nominal.full_well_e / plain.full_well_e;
+  camera.responsivity_e_per_s *= nominal.responsivity_e_per_s / plain.responsivity_e_per_s;
+  world.scene.ambient_radiance = file.world.scene.ambient_radiance;
+  world.change_time = file.world.change_time;
+  world.time_scale = file.world.time_scale;
+  return world;
+}
+
+}  // namespace
+
+instrument::WhiteReference white_of(const RigFile& file) {
+  instrument::WhiteReference white = file.white;
+  if (file.hidden) {
+    const sim::WhiteCertificate certificate = sim::hidden_white();
+    white.reflectance = certificate.reflectance;
+    white.u_relative = certificate.u_relative;
+    white.angular = {degrees_of(certificate.angular.theta_i),
+                     degrees_of(certificate.angular.theta_o),
+                     degrees_of(certificate.angular.delta_phi), certificate.angular.factor};
+  } else if (!file.certificate.empty()) {
+    white.angular = read_white_certificate(file.path.parent_path() / file.certificate);
+  }
+  return white;
+}
+
+sim::SimOptions simulated_world(const RigFile& file,
+                                std::shared_ptr<const brdf::BrdfModel> material,
+                                std::uint64_t seed) {
+  sim::SimOptions world =
+      file.hidden ? hidden_world(file, material, seed) : described_world(file, material, seed);
+  world.seed = seed;
   // A target is a little larger than the part of it that is used.
   constexpr double kSampleRim_mm = 2.0;
   constexpr double kWhiteRim_mm = 4.0;
@@ -33,15 +125,10 @@ sim::SimOptions simulated_world(const RigFile& file,
   world.scene.white_tile_half_width_mm =
       file.session.white_half_width_mm.value_or(sample_mm) + kWhiteRim_mm;
   world.scene.patch_half_width_mm = file.session.white_patch_half_width_mm + kPatchRim_mm;
-  // The certificate is true of the simulated tile and patch.
-  world.scene.white_tile = std::make_shared<brdf::Lambertian>(file.white.reflectance);
+  world.scene.white_tile = true_white(white_of(file));
   world.scene.patch = world.scene.white_tile;
   world.scene.patch_x_mm = file.session.white_patch_mm.x();
   world.scene.patch_y_mm = file.session.white_patch_mm.y();
-  // The same draw as the nominal world's, at this file's size.
-  const double size = file.tilt_rms / Angle::from_degrees(sim::kNominalTiltDeg);
-  world.sample_mount.tilt_about_x = nominal.sample_mount.tilt_about_x * size;
-  world.sample_mount.tilt_about_y = nominal.sample_mount.tilt_about_y * size;
   return world;
 }
 
@@ -72,7 +159,7 @@ instrument::Instrument nominal_instrument(const RigFile& file) {
                   .prnu = camera.prnu};
   known.vignetting = {camera.vignetting[0], camera.vignetting[1], camera.vignetting[2]};
   known.lamp_field = {lamp.field[0], lamp.field[1], lamp.field[2], lamp.field[3], lamp.field[4]};
-  known.white = file.white;
+  known.white = white_of(file);
   known.u_normal = file.tilt_rms;
   known.u_lamp_relative = kNominalLampUncertainty;
   return known;

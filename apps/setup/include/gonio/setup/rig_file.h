@@ -27,8 +27,9 @@ struct RigFile {
   rig::BranchSet branches;
   acquisition::SessionOptions session;
   acquisition::ReductionOptions reduction;
-  instrument::WhiteReference white;
-  RigDevices devices;  ///< of a rig whose driver is hardware
+  instrument::WhiteReference white;  ///< without its angular table, see white_of()
+  std::string certificate;           ///< that table's file, relative to the rig file; empty: none
+  RigDevices devices;                ///< of a rig whose driver is hardware
   /// The simulated world, also the one behind an emulated rig's wires. Its rig and material are
   /// filled in by simulated_world().
   sim::SimOptions world;
@@ -36,6 +37,9 @@ struct RigFile {
   Angle tilt_rms =
       Angle::from_degrees(sim::kNominalTiltDeg);  ///< of the sample's normal, per axis and session
   sim::AxisOptions axis_errors;                   ///< the same for every axis
+  /// The world is sim::hidden_options() with the seed; what the file says of the rig, camera, white
+  /// and simulated errors is then nominal and not true.
+  bool hidden = false;
   std::string material;  ///< lies on the simulated rig when none is named; may be empty
 
   std::filesystem::path path;  ///< the file; empty for the built-in default

@@ -12,7 +12,15 @@
 
 namespace gonio::cli {
 
-/// The hidden world of a rig file with a material on it; the sample's tilt comes from `seed`.
+/// The white reference as its certificate has it: the rig file's, with the table read from
+/// `certificate` (read_white_certificate(), whose errors it throws); of a rig with
+/// `simulation.hidden` that of the hidden tile.
+instrument::WhiteReference white_of(const RigFile& file);
+
+/// The hidden world of a rig file with a material on it; the sample's tilt comes from `seed`, and
+/// with `simulation.hidden` all that sim::hidden_options() draws. Sizes of sample, white and patch,
+/// image size, the time a change takes, the time scale and ambient light are the file's all the
+/// same. The certificate is true of white tile and patch. Throws as white_of().
 sim::SimOptions simulated_world(const RigFile& file,
                                 std::shared_ptr<const brdf::BrdfModel> material,
                                 std::uint64_t seed);
