@@ -23,6 +23,7 @@ find_package(nlohmann_json 3.11 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
 find_package(fmt 9 REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc calib3d aruco)
 
 if(GONIO_WITH_MODBUS OR GONIO_WITH_USB OR GONIO_WITH_ARAVIS)
   find_package(PkgConfig REQUIRED)

@@ -105,13 +105,21 @@ void GuardedDevices::home_all() {
   for (devices::RotationStage* stage : devices_.stages) {
     retrying([&] { stage->rearm(); });
   }
-  for (devices::RotationStage* stage : devices_.stages) {
-    // A Timeout may be a lost answer or a mark that did not come. Driving against the same obstacle
-    // again does harm; ending a session that has only begun does none.
-    retrying([&] { stage->home(options_.move_timeout); }, Again::not_after_timeout);
-  }
+  for (devices::RotationStage* stage : devices_.stages) home(*stage);
   joints_ = read_joints();
   sent_ = rig_.home();
+}
+
+void GuardedDevices::home(devices::RotationStage& stage) {
+  // A Timeout may be a lost answer or a mark that did not come. Driving against the same obstacle
+  // again does harm; ending a session that has only begun does none.
+  retrying([&] { stage.home(options_.move_timeout); }, Again::not_after_timeout);
+}
+
+void GuardedDevices::home(std::size_t axis) {
+  home(*devices_.stages.at(axis));
+  joints_ = read_joints();
+  sent_[axis] = rig_.axes[axis].home;
 }
 
 void GuardedDevices::take_over() {

@@ -93,17 +93,15 @@ class PixelView {
         illumination_(illumination),
         lamp_image_(lamp_image) {}
 
-  /// Whether the corners of a pixel show something else than its centre.
-  bool changes_within(const Eigen::Vector2d& centre, const Eigen::Vector2d& across,
-                      const Eigen::Vector2d& down) const {
-    const Seen middle = seen_along(centre);
-    for (const double x : {-0.5, 0.5}) {
-      for (const double y : {-0.5, 0.5}) {
-        const Seen corner = seen_along(centre + x * across + y * down);
-        if (corner.material != middle.material || corner.reflected != middle.reflected) return true;
-      }
-    }
-    return false;
+  /// What lies along a ray: two rays that differ in it have an edge between them.
+  struct Kind {
+    const brdf::BrdfModel* material;
+    double reflected;
+    bool operator==(const Kind&) const = default;
+  };
+  Kind kind_along(const Eigen::Vector2d& ideal) const {
+    const Seen seen = seen_along(ideal);
+    return {seen.material, seen.reflected};
   }
 
   /// Radiance along (x, y, 1) of the camera's frame, per 1 W/sr in each band.
@@ -155,38 +153,54 @@ class PixelView {
   const LampImage& lamp_image_;
 };
 
-/// Convolves with a Gaussian, edges repeated.
+/// Convolves with a Gaussian, edges repeated. Tap by tap along whole rows, which compilers turn
+/// into vectors.
 void blur(std::vector<float>& plane, int width, int height, double sigma_px) {
   const int radius = static_cast<int>(std::ceil(4.0 * sigma_px));
-  std::vector<double> kernel;
+  std::vector<float> kernel;
   double sum = 0.0;
   for (int offset = -radius; offset <= radius; ++offset) {
-    kernel.push_back(std::exp(-0.5 * offset * offset / (sigma_px * sigma_px)));
-    sum += kernel.back();
+    sum += std::exp(-0.5 * offset * offset / (sigma_px * sigma_px));
   }
-  for (double& weight : kernel) weight /= sum;
-
-  const auto pass = [&](int dx, int dy) {
-    const std::vector<float> source = plane;
-    parallel::for_each_block(
-        0, static_cast<std::size_t>(height), kRadianceRows,
-        [&](std::size_t begin, std::size_t end) {
-          for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row) {
-            for (int column = 0; column < width; ++column) {
-              double value = 0.0;
-              for (int offset = -radius; offset <= radius; ++offset) {
-                const int x = std::clamp(column + dx * offset, 0, width - 1);
-                const int y = std::clamp(row + dy * offset, 0, height - 1);
-                value += kernel[static_cast<std::size_t>(offset + radius)] *
-                         source[static_cast<std::size_t>(y * width + x)];
-              }
-              plane[static_cast<std::size_t>(row * width + column)] = static_cast<float>(value);
-            }
-          }
-        });
-  };
-  pass(1, 0);
-  pass(0, 1);
+  for (int offset = -radius; offset <= radius; ++offset) {
+    kernel.push_back(
+        static_cast<float>(std::exp(-0.5 * offset * offset / (sigma_px * sigma_px)) / sum));
+  }
+  const auto columns = static_cast<std::size_t>(width);
+  const auto rows = static_cast<std::size_t>(height);
+  const auto taps = kernel.size();
+  std::vector<float> across(plane.size());
+  parallel::for_each_block(0, rows, kRadianceRows, [&](std::size_t begin, std::size_t end) {
+    std::vector<float> padded(columns + taps - 1);
+    for (std::size_t row = begin; row < end; ++row) {
+      const float* const from = plane.data() + row * columns;
+      float* const to = across.data() + row * columns;
+      for (std::size_t i = 0; i < padded.size(); ++i) {
+        padded[i] = from[std::clamp(static_cast<int>(i) - radius, 0, width - 1)];
+      }
+      std::fill_n(to, columns, 0.0F);
+      for (std::size_t tap = 0; tap < taps; ++tap) {
+        const float weight = kernel[tap];
+        const float* const shifted = padded.data() + tap;
+        for (std::size_t column = 0; column < columns; ++column) {
+          to[column] += weight * shifted[column];
+        }
+      }
+    }
+  });
+  parallel::for_each_block(0, rows, kRadianceRows, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t row = begin; row < end; ++row) {
+      float* const to = plane.data() + row * columns;
+      std::fill_n(to, columns, 0.0F);
+      for (std::size_t tap = 0; tap < taps; ++tap) {
+        const int source = std::clamp(static_cast<int>(row + tap) - radius, 0, height - 1);
+        const float weight = kernel[tap];
+        const float* const from = across.data() + static_cast<std::size_t>(source) * columns;
+        for (std::size_t column = 0; column < columns; ++column)
+          to[column] += weight * from[column];
+      }
+    }
+  });
 }
 
 }  // namespace
@@ -217,12 +231,17 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render(const rig::Joints&
   return image;
 }
 
-const MountOptions& RadianceRenderer::mount_of(devices::Target target) const {
-  static const MountOptions flat;
+MountOptions RadianceRenderer::mount_of(devices::Target target) const {
   if (target == devices::Target::sample) return options_.sample_mount;
   if (target == devices::Target::white) return options_.white_mount;
-  const auto found = options_.mounts.find(target);
-  return found == options_.mounts.end() ? flat : found->second;
+  const bool turned = target == devices::Target::mirror_turned;
+  const auto found = options_.mounts.find(turned ? devices::Target::mirror : target);
+  MountOptions mount = found == options_.mounts.end() ? MountOptions{} : found->second;
+  if (turned) {
+    mount.tilt_about_x = -mount.tilt_about_x;
+    mount.tilt_about_y = -mount.tilt_about_y;
+  }
+  return mount;
 }
 
 std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Joints& joints,
@@ -245,24 +264,45 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
   const Eigen::Vector2d across(1.0 / options_.camera.fx_px, 0.0);
   const Eigen::Vector2d down(0.0, 1.0 / options_.camera.fy_px);
 
+  const auto keep = [&](std::size_t pixel, const brdf::Rgb& radiance) {
+    for (int band = 0; band < 3; ++band) {
+      image->planes[band][pixel] = static_cast<float>(radiance[band]);
+    }
+  };
+  std::vector<PixelView::Kind> kinds(fine ? width * height : 0);
   parallel::for_each_block(0, height, kRadianceRows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t pixel = begin * width; pixel < end * width; ++pixel) {
-      const Eigen::Vector2d& centre = lens_.ray(pixel);
-      brdf::Rgb radiance = brdf::Rgb::Zero();
-      if (fine && view.changes_within(centre, across, down)) {
-        for (int i = 0; i < kRays; ++i) {
-          const double x = (i + 0.5) / kRays - 0.5;
-          const double y = (i * kRayStep % kRays + 0.5) / kRays - 0.5;
-          radiance += view.along(centre + x * across + y * down) / kRays;
-        }
-      } else {
-        radiance = view.along(centre);
-      }
-      for (int band = 0; band < 3; ++band) {
-        image->planes[band][pixel] = static_cast<float>(radiance[band]);
-      }
+      keep(pixel, view.along(lens_.ray(pixel)));
+      if (fine) kinds[pixel] = view.kind_along(lens_.ray(pixel));
     }
   });
+  // An edge crosses a pixel that is of another kind than one of its neighbours.
+  const auto at_edge = [&](std::size_t row, std::size_t column) {
+    const PixelView::Kind& kind = kinds[row * width + column];
+    for (std::size_t r = row == 0 ? 0 : row - 1; r <= std::min(row + 1, height - 1); ++r) {
+      for (std::size_t c = column == 0 ? 0 : column - 1; c <= std::min(column + 1, width - 1);
+           ++c) {
+        if (!(kinds[r * width + c] == kind)) return true;
+      }
+    }
+    return false;
+  };
+  parallel::for_each_block(
+      0, fine ? height : 0, kRadianceRows, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t row = begin; row < end; ++row) {
+          for (std::size_t column = 0; column < width; ++column) {
+            if (!at_edge(row, column)) continue;
+            const std::size_t pixel = row * width + column;
+            brdf::Rgb radiance = brdf::Rgb::Zero();
+            for (int i = 0; i < kRays; ++i) {
+              const double x = (i + 0.5) / kRays - 0.5;
+              const double y = (i * kRayStep % kRays + 0.5) / kRays - 0.5;
+              radiance += view.along(lens_.ray(pixel) + x * across + y * down) / kRays;
+            }
+            keep(pixel, radiance);
+          }
+        }
+      });
 
   if (options_.camera.psf_sigma_px > 0.0) {
     for (auto& plane : image->planes) {

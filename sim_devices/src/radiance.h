@@ -44,7 +44,7 @@ class RadianceRenderer {
 
   std::shared_ptr<const RadianceImage> render_anew(const rig::Joints& joints,
                                                    devices::Target target) const;
-  const MountOptions& mount_of(devices::Target target) const;
+  MountOptions mount_of(devices::Target target) const;
 
   SimOptions options_;
   Lens lens_;

@@ -77,7 +77,8 @@ const brdf::BrdfModel* Scene::on_chart(double x_mm, double y_mm) const {
 }
 
 const PolishedOptions* Scene::polish_at(double x_mm, double y_mm, devices::Target target) const {
-  const PolishedOptions* polish = target == devices::Target::mirror        ? &options_.mirror
+  const bool mirror = target == devices::Target::mirror || target == devices::Target::mirror_turned;
+  const PolishedOptions* polish = mirror                                   ? &options_.mirror
                                   : target == devices::Target::black_glass ? &options_.black_glass
                                                                            : nullptr;
   if (polish == nullptr || !in_square(x_mm, y_mm, polish->half_width_mm)) return nullptr;
@@ -101,6 +102,7 @@ const brdf::BrdfModel* Scene::material_at(double x_mm, double y_mm, devices::Tar
       seen = on_board(x_mm, y_mm);
       break;
     case devices::Target::mirror:
+    case devices::Target::mirror_turned:
       within(scene.mirror.half_width_mm, mirror_dust_);
       break;
     case devices::Target::black_trap:

@@ -32,8 +32,9 @@ TEST_P(TargetChangerContract, HasAName) { EXPECT_FALSE(changer_->name().empty())
 TEST_P(TargetChangerContract, MountsEitherTargetFromEither) {
   using devices::Target;
   for (const Target target :
-       {Target::white, Target::white, Target::sample, Target::sample, Target::mirror, Target::board,
-        Target::black_trap, Target::black_glass, Target::colour_chart, Target::sample}) {
+       {Target::white, Target::white, Target::sample, Target::sample, Target::mirror,
+        Target::mirror_turned, Target::board, Target::black_trap, Target::black_glass,
+        Target::colour_chart, Target::sample}) {
     changer_->mount(target);
     EXPECT_EQ(changer_->mounted(), target);
   }

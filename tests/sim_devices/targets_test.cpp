@@ -200,6 +200,20 @@ TEST(Mirror, CanLieTiltedInItsMount) {
   EXPECT_NEAR(tilted.row, expected[1], 0.05);
 }
 
+TEST(Mirror, TurnedLeansTheOtherWay) {
+  SimOptions options = options_for_images();
+  options.mounts[Target::mirror].tilt_about_y = 0.4_deg;
+  options.mounts[Target::mirror].tilt_about_x = 0.2_deg;
+  const rig::Joints pose{60.0_deg, 30.0_deg, 0.0_deg};
+  const Spot one_way = brightest(picture_of(options, Target::mirror, pose, 1ms));
+  const Spot turned = brightest(picture_of(options, Target::mirror_turned, pose, 1ms));
+  const auto flat = image_px(60.0, 30.0, 0.0);
+  EXPECT_GT(std::abs(one_way.column - flat[0]), 5.0);
+  EXPECT_GT(std::abs(one_way.row - flat[1]), 3.0);
+  EXPECT_NEAR(0.5 * (one_way.column + turned.column), flat[0], 0.1);
+  EXPECT_NEAR(0.5 * (one_way.row + turned.row), flat[1], 0.1);
+}
+
 TEST(BlackGlass, ReflectsAsFresnelSays) {
   SimOptions options = options_for_images();
   // n = 1.52, unpolarised, to five places from a table of Fresnel's equations.

@@ -273,9 +273,8 @@ Verification verify(const instrument::Instrument& instrument, const Verification
   Verification verification;
   verification.passed = true;
   const auto check = [&](std::string name, double found, double limit) {
-    const bool passed = std::isfinite(found) && found <= limit;
-    verification.checks.push_back({std::move(name), found, limit, passed});
-    verification.passed = verification.passed && passed;
+    verification.checks.push_back({std::move(name), limit, found});
+    verification.passed = verification.passed && verification.checks.back().passed();
   };
   double worst_white = 0.0;
   for (const WhiteView& view : data.white) {
@@ -300,8 +299,8 @@ Verification verify(const instrument::Instrument& instrument, const Verification
   if (verification.passed) return verification;
   if (white_and_angles_right) {
     verification.cause = Cause::unknown;
-    for (const CheckResult& result : verification.checks) {
-      if (result.passed) continue;
+    for (const instrument::AcceptanceCheck& result : verification.checks) {
+      if (result.passed()) continue;
       verification.explanation +=
           fmt::format("{}{} is off by {:.2f} %", verification.explanation.empty() ? "" : "; ",
                       result.name, 100.0 * result.found);

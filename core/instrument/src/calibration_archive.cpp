@@ -102,7 +102,7 @@ void StepResult::validate() const {
   for (const AcceptanceCheck& check : checks) {
     require(std::isfinite(check.found) && std::isfinite(check.limit), step,
             "checks." + check.name + ": expected finite numbers");
-    require(check.passed, step,
+    require(check.passed(), step,
             fmt::format("{}: found {:g}, expected at most {:g}; only what passed is kept",
                         check.name, check.found, check.limit));
   }

@@ -4,7 +4,7 @@
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/text_file.h"
 #include "gonio/instrument/calibration_archive.h"
-#include "json_document.h"
+#include "gonio/json/json_document.h"
 #include "result_json.h"
 
 namespace gonio::instrument {
@@ -87,7 +87,7 @@ StepResult result_from_json(JsonFields& fields) {
   result.covariance = covariance_of(fields, result.parameters.size());
   result.residuals = fields.numbers_by_name("residuals");
   fields.each_object("checks", [&](JsonFields& each) {
-    result.checks.push_back({each.text("name"), each.number("found"), each.number("limit"), true});
+    result.checks.push_back({each.text("name"), each.number("limit"), each.number("found")});
   });
   fields.each_object("raw_data", [&](JsonFields& each) {
     result.raw_data.push_back({each.text("file"), each.text("sha256")});
@@ -108,7 +108,8 @@ std::string to_json(const CalibrationArchive& archive) {
 
 CalibrationArchive calibration_archive_from_json(const std::string& text,
                                                  const std::filesystem::path& place) {
-  const nlohmann::json document = parse_document(text, place, kArchiveFormat, kArchiveVersion);
+  const nlohmann::json document =
+      json::parse_document(text, place, kArchiveFormat, kArchiveVersion);
   JsonFields fields(document, "", place);
   CalibrationArchive archive;
   try {

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "gonio/files/text_file.h"
-#include "json_document.h"
+#include "gonio/json/json_document.h"
 #include "rig_json.h"
 
 namespace gonio::instrument {
@@ -155,7 +155,7 @@ std::string to_json(const Instrument& instrument) {
 }
 
 Instrument instrument_from_json(const std::string& text, const std::filesystem::path& place) {
-  const nlohmann::json document = parse_document(text, place, kFormat, kVersion);
+  const nlohmann::json document = json::parse_document(text, place, kFormat, kVersion);
   JsonFields fields(document, "", place);
   Instrument instrument;
   instrument.id = fields.text("id");

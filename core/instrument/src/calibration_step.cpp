@@ -22,9 +22,14 @@ std::span<const CalibrationStep> calibration_steps() {
       {"settle_time", "how long the axes ring after a move", {"homing"}, kMonth},
       {"warm_up", "the lamp's warm-up and drift", {}, kDay},
       {"darks", "offset and dark current of every pixel", {}, kWeek},
-      {"photon_transfer", "gain, read noise, full well, PRNU, DSNU", {"darks"}, kMonth},
-      {"linearity", "response curve and shutter offset", {"darks", "photon_transfer"}, kMonth},
-      {"bad_pixels", "pixels that are not used", {"darks", "linearity"}, kMonth},
+      {"linearity", "response curve and shutter offset", {"darks"}, kMonth},
+      // After the curve: with the bend known, the gain needs no term of its own for it and is twice
+      // as sure.
+      {"photon_transfer",
+       "gain, read noise, full well, PRNU, DSNU",
+       {"darks", "linearity"},
+       kMonth},
+      {"bad_pixels", "pixels that are not used", {"darks"}, kMonth},
       {"intrinsics", "focal length, principal point, distortion", {"bad_pixels"}, kRebuild},
       {"stage_axes", "the axes and the camera's pose", {"intrinsics", "backlash"}, kRebuild},
       {"sample_plane", "plane and normal of a sample", {"stage_axes"}, kMonth},

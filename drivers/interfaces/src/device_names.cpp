@@ -55,6 +55,8 @@ std::string_view to_string(Target target) {
       return "board";
     case Target::mirror:
       return "mirror";
+    case Target::mirror_turned:
+      return "mirror_turned";
     case Target::black_trap:
       return "black_trap";
     case Target::black_glass:
@@ -75,6 +77,8 @@ std::string_view in_words(Target target) {
       return "ChArUco board";
     case Target::mirror:
       return "flat mirror";
+    case Target::mirror_turned:
+      return "flat mirror, turned by half a turn in its mount";
     case Target::black_trap:
       return "black trap";
     case Target::black_glass:

@@ -45,7 +45,8 @@ TEST(Repeatability, FindsBacklashAndScatter) {
   EXPECT_NEAR(found.bidirectional.degrees(), 0.0253, 0.002);  // hypot(0.0036, 0.025)
   EXPECT_NEAR(found.offset.value.degrees(), 0.02 - 0.025, 0.003);
   EXPECT_EQ(found.backlash_at_targets.size(), 9U);
-  for (const Acceptance& acceptance : found.acceptance) EXPECT_TRUE(acceptance.passed());
+  for (const instrument::AcceptanceCheck& acceptance : found.acceptance)
+    EXPECT_TRUE(acceptance.passed());
   EXPECT_FALSE(fit_repeatability(approaches(0.15, 0.003, 2)).acceptance[0].passed());
   EXPECT_FALSE(fit_repeatability(approaches(0.05, 0.02, 3)).acceptance[1].passed());
 }

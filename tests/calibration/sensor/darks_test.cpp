@@ -37,8 +37,8 @@ TEST(Darks, FindOffsetCurrentAndNoise) {
   const double by_mean = darks.mean_rate_dn_per_s.value / 0.39;
   const double by_variance = darks.variance_rate_dn2_per_s.value / (0.39 * 0.39);
   EXPECT_NEAR(by_variance / by_mean, 1.0, kCurrent);
-  for (const Acceptance& acceptance : darks.acceptance) {
-    EXPECT_TRUE(acceptance.passed()) << acceptance.what << " " << acceptance.found;
+  for (const instrument::AcceptanceCheck& acceptance : darks.acceptance) {
+    EXPECT_TRUE(acceptance.passed()) << acceptance.name << " " << acceptance.found;
   }
 }
 

@@ -29,7 +29,7 @@ StepResult result_of(const CalibrationArchive& archive, std::string_view step, U
   result.parameters = {{"first", "px", value}, {"second", "", 1.0 / 3.0}};
   result.covariance = Eigen::Matrix2d{{4e-6, 1e-9}, {1e-9, 1e-12}};
   result.residuals = {{"rms_px", 0.03}};
-  result.checks = {{"rms", 0.03, 0.1, true}};
+  result.checks = {{"rms", 0.1, 0.03}};
   result.raw_data = {{"frames/1.tif", std::string(64, 'a')}};
   result.notes = {"twelve views"};
   return result;
@@ -129,7 +129,8 @@ TEST(CalibrationArchive, RefusesResultsThatAreNone) {
     EXPECT_EQ(to_json(copy), to_json(archive));
   };
   refused([](StepResult& r) { r.step = "darkness"; }, "no step of that name");
-  refused([](StepResult& r) { r.checks[0].passed = false; }, "only what passed is kept");
+  refused([](StepResult& r) { r.checks[0].found = 2.0 * r.checks[0].limit + 1.0; },
+          "only what passed is kept");
   refused([](StepResult& r) { r.inputs.clear(); }, "inputs: found 0, expected 1");
   refused([](StepResult& r) { r.inputs["white"] = std::string(64, 'b'); },
           "does not use \"white\"");

@@ -31,6 +31,8 @@ class GuardedDevices {
   GuardedDevices& operator=(const GuardedDevices&) = delete;
 
   void home_all();
+  /// One axis alone, the others standing where they are. Throws std::out_of_range.
+  void home(std::size_t axis);
   /// Starts from axes that know where they are, instead of homing. Throws NotHomed.
   void take_over();
   /// Goes there from where the encoders say the axes are, around keep-outs, each axis approached
@@ -66,6 +68,7 @@ class GuardedDevices {
   /// Which of the errors that a repetition may help are reason for one.
   enum class Again { after_all, not_after_timeout };
   void retrying(const std::function<void()>& call, Again again = Again::after_all);
+  void home(devices::RotationStage& stage);
   rig::Joints start_of_move();
   void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);

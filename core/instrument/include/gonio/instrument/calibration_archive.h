@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "gonio/instrument/acceptance_check.h"
 #include "gonio/instrument/calibration_step.h"
 #include "gonio/rig/rig_description.h"
 
@@ -20,14 +21,6 @@ struct CalibrationParameter {
   std::string name;  ///< "camera.fx_px"
   std::string unit;  ///< "px"; empty for a ratio
   double value = 0.0;
-};
-
-/// What was asked of a result, and what it was.
-struct AcceptanceCheck {
-  std::string name;
-  double found = 0.0;
-  double limit = 0.0;
-  bool passed = false;
 };
 
 /// A file the result was made from.

@@ -2,14 +2,10 @@
 
 #include <Eigen/Core>
 
+#include "gonio/calibration/result/estimate.h"
 #include "gonio/units/angle.h"
 
 namespace gonio::calibration::geometry {
-
-struct AngleEstimate {
-  Angle value;
-  Angle sigma;  ///< standard uncertainty
-};
 
 struct LengthEstimate {
   double value_mm = 0.0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "gonio/calibration/radiometry/white_view.h"
+#include "gonio/instrument/acceptance_check.h"
 
 namespace gonio::calibration {
 
@@ -47,16 +48,9 @@ enum class Cause {
 
 std::string_view to_string(Cause cause);
 
-struct CheckResult {
-  std::string name;
-  double found = 0.0;  ///< largest deviation: relative, px for highlights
-  double limit = 0.0;
-  bool passed = false;
-};
-
 struct Verification {
   bool passed = false;
-  std::vector<CheckResult> checks;
+  std::vector<instrument::AcceptanceCheck> checks;  ///< of largest deviations: relative, deg
   Cause cause = Cause::none;  ///< the likeliest of a failure; none when passed
   std::string explanation;    ///< one line for a person; names the axis; empty when passed
   double explained = 0.0;     ///< share of the residuals' chi^2 that the cause takes away

@@ -3,8 +3,8 @@
 #include <span>
 #include <vector>
 
-#include "gonio/calibration/result/acceptance.h"
 #include "gonio/calibration/result/estimate.h"
+#include "gonio/instrument/acceptance_check.h"
 #include "gonio/units/angle.h"
 
 namespace gonio::calibration::sensor {
@@ -23,7 +23,8 @@ struct Repeatability {
   std::vector<Angle> backlash_at_targets;  ///< ascending in target
   /// Rising arrivals minus target, mean over the targets: where the axis really stands.
   AngleEstimate offset;
-  std::vector<Acceptance> acceptance;  ///< backlash 0.1 deg, unidirectional 0.01 deg
+  std::vector<instrument::AcceptanceCheck>
+      acceptance;  ///< backlash 0.1 deg, unidirectional 0.01 deg
 };
 
 /// Backlash and repeatability of one axis (play model: the shaft follows within +-b/2).

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "gonio/calibration/result/acceptance.h"
 #include "gonio/calibration/result/estimate.h"
 #include "gonio/calibration/sensor/pixel_stack.h"
+#include "gonio/instrument/acceptance_check.h"
 
 namespace gonio::calibration::sensor {
 
@@ -50,7 +50,7 @@ struct Darks {
   Estimate mean_rate_dn_per_s;
   Estimate variance_rate_dn2_per_s;
 
-  std::vector<Acceptance> acceptance;  ///< black level stability, bad pixels
+  std::vector<instrument::AcceptanceCheck> acceptance;  ///< black level stability, bad pixels
 };
 
 /// Offset, dark current, noise and bad pixels from stacks of dark frames at several exposures.

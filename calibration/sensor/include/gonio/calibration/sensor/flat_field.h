@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "gonio/calibration/result/acceptance.h"
+#include "gonio/instrument/acceptance_check.h"
 #include "gonio/instrument/instrument.h"
 
 namespace gonio::calibration::sensor {
@@ -31,7 +31,7 @@ struct FlatField {
   /// Relative response of each pixel over V, 1 on average; 0 where no image saw it.
   std::vector<float> pixel_response;
   double pixel_response_rms = 0.0;  ///< of pixel_response - 1: PRNU and remaining noise
-  Acceptance acceptance;
+  instrument::AcceptanceCheck acceptance;
 };
 
 /// Falloff of the lens by field angle and response of the pixels, from images of a white plane in

@@ -3,8 +3,8 @@
 #include <Eigen/Core>
 #include <span>
 
-#include "gonio/calibration/result/acceptance.h"
 #include "gonio/calibration/result/estimate.h"
+#include "gonio/instrument/acceptance_check.h"
 
 namespace gonio::calibration::sensor {
 
@@ -30,7 +30,7 @@ struct LampStability {
   /// Readings per independent one: slow wander of a lamp makes neighbours alike, and widens all
   /// sigmas by its root.
   double correlation = 1.0;
-  Acceptance acceptance;  ///< drift
+  instrument::AcceptanceCheck acceptance;  ///< drift
 };
 
 /// Warm-up and drift of a lamp from readings since it was lit.

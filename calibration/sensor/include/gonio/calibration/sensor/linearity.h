@@ -4,10 +4,10 @@
 #include <span>
 #include <vector>
 
-#include "gonio/calibration/result/acceptance.h"
 #include "gonio/calibration/result/estimate.h"
 #include "gonio/calibration/sensor/level_statistics.h"
 #include "gonio/calibration/sensor/response_curve.h"
+#include "gonio/instrument/acceptance_check.h"
 
 namespace gonio::calibration::sensor {
 
@@ -37,7 +37,7 @@ struct Linearity {
   Eigen::Matrix4d covariance;
   double chi2_per_dof = 0.0;  ///< above 1 the covariance is widened by it
   std::vector<LinearityPoint> points;
-  Acceptance acceptance;  ///< LE
+  instrument::AcceptanceCheck acceptance;  ///< LE
 };
 
 /// Linearity error, shutter offset and correction curve from a sweep of exposures under constant

@@ -1,8 +1,8 @@
-#include "json_document.h"
+#include "gonio/json/json_document.h"
 
-#include "json_fields.h"
+#include "gonio/json/json_fields.h"
 
-namespace gonio::instrument {
+namespace gonio::json {
 namespace {
 
 constexpr int kMaxDepth = 16;  // the formats need 7
@@ -42,4 +42,4 @@ nlohmann::json parse_document(const std::string& text, const std::filesystem::pa
   return document;
 }
 
-}  // namespace gonio::instrument
+}  // namespace gonio::json

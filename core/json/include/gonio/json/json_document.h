@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace gonio::instrument {
+namespace gonio::json {
 
 /// Parses a file of ours, checks its keys "format" and "version" and takes them out. Throws
 /// DataFormatError: not JSON, nested deeper than files of ours are, numbers out of range, another
@@ -13,4 +13,4 @@ namespace gonio::instrument {
 nlohmann::json parse_document(const std::string& text, const std::filesystem::path& place,
                               std::string_view format, int version);
 
-}  // namespace gonio::instrument
+}  // namespace gonio::json

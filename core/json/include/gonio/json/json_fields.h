@@ -16,7 +16,7 @@
 
 #include "gonio/errors/errors.h"
 
-namespace gonio::instrument {
+namespace gonio::json {
 
 /// One JSON object read key by key: every access is checked, and keys nobody asked for are errors.
 class JsonFields {
@@ -62,8 +62,9 @@ class JsonFields {
     }
     return value.get<std::int64_t>();
   }
+  bool is_null(const char* key) { return at(key).is_null(); }
   std::optional<double> number_or_null(const char* key) {
-    if (at(key).is_null()) return std::nullopt;
+    if (is_null(key)) return std::nullopt;
     return number(key);
   }
   /// Exactly `count` finite numbers; for matrices, so more than other arrays may be.
@@ -174,4 +175,4 @@ class JsonFields {
   std::set<std::string> asked_;
 };
 
-}  // namespace gonio::instrument
+}  // namespace gonio::json

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "gonio/calibration/board/board_spec.h"
+#include "gonio/calibration/geometry/board_view.h"
+
+namespace gonio::calibration::board {
+
+/// A frame as the sensor gave it.
+struct BoardImage {
+  std::span<const std::uint16_t> pixels_dn;  ///< row-major from the top left
+  int width_px = 0;
+  int height_px = 0;
+  double black_level_dn = 0.0;
+  double saturation_dn = 0.0;  ///< a pixel at or above it carries no value
+};
+
+/// Corners of the board, refined to a fraction of a pixel; those that are hidden are left out.
+///
+/// Threads  Any; OpenCV runs on the caller's thread alone.
+/// Errors   StepRefused: no board, most of it hidden, overexposed, too dark.
+///          std::invalid_argument: pixels that do not make the size, a board that is none.
+/// Source   Garrido-Jurado et al., Pattern Recognition 47, 2014 (markers); OpenCV 4.6
+///          cv::aruco::interpolateCornersCharuco, which leaves half a pixel, and cornerSubPix after
+///          it.
+geometry::BoardView detect(const BoardImage& image, const BoardSpec& spec);
+
+}  // namespace gonio::calibration::board

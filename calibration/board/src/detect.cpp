@@ -1,0 +1,151 @@
+#include "gonio/calibration/board/detect.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <opencv2/aruco/charuco.hpp>
+#include <opencv2/imgproc.hpp>
+#include <stdexcept>
+#include <vector>
+
+#include "dictionary.h"
+#include "gonio/calibration/result/step_refused.h"
+
+namespace gonio::calibration::board {
+namespace {
+
+constexpr double kDarkest = 0.01;  // quantiles that become 0 and 255 in the copy for the markers
+constexpr double kBrightest = 0.99;
+constexpr double kMinContrast_dn = 40.0;
+constexpr double kMaxSaturated = 0.02;  // of the pixels
+constexpr double kMinFound = 0.6;       // of the board's corners
+constexpr int kMarkerImage_px = 900;    // wider pictures are halved for the markers
+constexpr int kRefineIterations = 60;
+constexpr double kRefined_px = 1e-4;
+
+struct Levels {
+  double low;
+  double high;
+};
+
+Levels levels_of(const BoardImage& image) {
+  std::vector<std::uint16_t> values(image.pixels_dn.begin(), image.pixels_dn.end());
+  const auto quantile = [&](double share) {
+    const auto at = values.begin() +
+                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::nth_element(values.begin(), at, values.end());
+    return static_cast<double>(*at);
+  };
+  return {quantile(kDarkest), quantile(kBrightest)};
+}
+
+cv::Mat eight_bit(const cv::Mat& image, const Levels& levels) {
+  cv::Mat copy;
+  const double scale = 255.0 / (levels.high - levels.low);
+  image.convertTo(copy, CV_8U, scale, -levels.low * scale);
+  return copy;
+}
+
+/// Half the width of a window about a corner that reaches no marker: they begin a few cells from
+/// the edges of their squares.
+int window_half(const std::vector<cv::Point2f>& corners, const std::vector<int>& ids,
+                const BoardSpec& spec) {
+  float nearest = std::numeric_limits<float>::max();
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    for (std::size_t j = i + 1; j < ids.size(); ++j) {
+      nearest = std::min(nearest, static_cast<float>(cv::norm(corners[i] - corners[j])));
+    }
+  }
+  const int margin_cells = (spec.cells_per_square - kMarkerBits - 2) / 2;
+  const double margin_px =
+      static_cast<double>(nearest) * margin_cells / static_cast<double>(spec.cells_per_square);
+  return std::max(2, static_cast<int>(std::floor(0.8 * margin_px)));
+}
+
+}  // namespace
+
+geometry::BoardView detect(const BoardImage& image, const BoardSpec& spec) {
+  spec.validate();
+  const auto pixels = static_cast<std::size_t>(std::max(image.width_px, 0)) *
+                      static_cast<std::size_t>(std::max(image.height_px, 0));
+  if (pixels == 0 || image.pixels_dn.size() != pixels) {
+    throw std::invalid_argument(fmt::format("board: found {} pixels, expected {} x {}",
+                                            image.pixels_dn.size(), image.width_px,
+                                            image.height_px));
+  }
+  const auto saturated = static_cast<double>(std::count_if(
+      image.pixels_dn.begin(), image.pixels_dn.end(),
+      [&](std::uint16_t pixel) { return static_cast<double>(pixel) >= image.saturation_dn; }));
+  if (saturated > kMaxSaturated * static_cast<double>(pixels)) {
+    throw StepRefused(fmt::format(
+        "board: found {:.0f} % of the picture saturated, expected at most {:.0f} %: expose less",
+        100.0 * saturated / static_cast<double>(pixels), 100.0 * kMaxSaturated));
+  }
+  const Levels levels = levels_of(image);
+  if (levels.high - levels.low < kMinContrast_dn) {
+    throw StepRefused(fmt::format(
+        "board: found {:.0f} DN between dark and bright, expected {:.0f} or more: is the lamp on, "
+        "and the board in the holder?",
+        levels.high - levels.low, kMinContrast_dn));
+  }
+
+  cv::setNumThreads(1);  // the same corners on every machine
+  const cv::Mat frame(image.height_px, image.width_px, CV_16U,
+                      const_cast<std::uint16_t*>(image.pixels_dn.data()));
+  cv::Mat small = eight_bit(frame, levels);
+  int halved = 1;
+  while (small.cols > kMarkerImage_px) {
+    cv::resize(small, small, {}, 0.5, 0.5, cv::INTER_AREA);
+    halved *= 2;
+  }
+  const cv::Ptr<cv::aruco::Dictionary> markers = dictionary();
+  const int marker_cells = kMarkerBits + 2;
+  cv::Ptr<cv::aruco::CharucoBoard> board =
+      cv::aruco::CharucoBoard::create(spec.columns, spec.rows, static_cast<float>(spec.square_mm),
+                                      static_cast<float>(spec.cell_mm() * marker_cells), markers);
+  for (int& id : board->ids) id += spec.first_marker;
+  std::vector<std::vector<cv::Point2f>> outlines;
+  std::vector<int> ids;
+  cv::aruco::detectMarkers(small, markers, outlines, ids);
+  if (ids.empty()) {
+    throw StepRefused(
+        "board: found no marker, expected the calibration board: is it in the holder, face "
+        "outwards?");
+  }
+  std::vector<cv::Point2f> corners;
+  std::vector<int> corner_ids;
+  cv::aruco::interpolateCornersCharuco(outlines, ids, small, board, corners, corner_ids);
+  const int all = spec.corner_columns() * spec.corner_rows();
+  if (static_cast<double>(corner_ids.size()) < kMinFound * all) {
+    throw StepRefused(fmt::format(
+        "board: found {} of {} corners, expected at least {:.0f} %: is part of it hidden, or "
+        "outside the picture?",
+        corner_ids.size(), all, 100.0 * kMinFound));
+  }
+  for (cv::Point2f& corner : corners) {
+    corner =
+        (corner + cv::Point2f(0.5F, 0.5F)) * static_cast<float>(halved) - cv::Point2f(0.5F, 0.5F);
+  }
+  cv::Mat exact;
+  frame.convertTo(exact, CV_32F);
+  const int half = window_half(corners, corner_ids, spec);
+  cv::cornerSubPix(
+      exact, corners, {half, half}, {-1, -1},
+      {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kRefineIterations, kRefined_px});
+
+  geometry::BoardView view;
+  for (std::size_t i = 0; i < corner_ids.size(); ++i) {
+    const int column = corner_ids[i] % spec.corner_columns();
+    const int row = corner_ids[i] / spec.corner_columns();
+    view.corners.push_back({corner_ids[i],
+                            {corners[i].x, corners[i].y},
+                            {(column + 1 - 0.5 * spec.columns) * spec.square_mm,
+                             (0.5 * spec.rows - row - 1) * spec.square_mm}});
+  }
+  return view;
+}
+
+}  // namespace gonio::calibration::board

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "gonio/acquisition/session.h"
+#include "gonio/calibration/routine/findings.h"
+#include "gonio/calibration/routine/settings.h"
+#include "gonio/instrument/calibration_archive.h"
+
+namespace gonio::calibration::routine {
+
+/// What a step tells while it runs; called on the routine's thread.
+struct Progress {
+  std::string step;
+  std::string what;  ///< "view 12 of 35"
+  double fraction = 0.0;
+};
+
+/// Names and files of one calibration folder.
+///
+///   calibration.json   the archive (instrument::CalibrationArchive)
+///   instrument.json    the constants sessions use, once every step they need has passed
+///   raw/STEP-HASH.json what the step saw (Observations), by the first digits of its SHA-256
+struct Folder {
+  std::filesystem::path path;
+  std::filesystem::path archive() const { return path / "calibration.json"; }
+  std::filesystem::path instrument() const { return path / "instrument.json"; }
+  std::filesystem::path raw(const std::string& step, const std::string& sha256) const {
+    return path / "raw" / (step + "-" + sha256.substr(0, 12) + ".json");
+  }
+};
+
+/// Takes calibration steps one by one, and keeps what they find.
+///
+/// State    A folder that exists is gone on with: results that are valid are read and evaluated
+///          again from what their steps saw, in seconds. A step that is refused or stopped leaves
+///          folder and findings as they were.
+/// Threads  One; a stop request from any thread stops the axes at once.
+class Routine {
+ public:
+  /// `nominal`  The instrument as designed, with the white's certificate. `serials` as in
+  ///            CalibrationArchive; `now` is the time of day, for validity.
+  /// Throws std::invalid_argument: a folder of another rig or other devices, naming both;
+  /// DataFormatError: a corrupt archive, or observations that are not those it names.
+  Routine(instrument::Instrument nominal, RoutineSettings settings, Folder folder,
+          std::map<std::string, std::string> serials, std::function<instrument::UtcSeconds()> now);
+
+  const instrument::CalibrationArchive& archive() const { return archive_; }
+  const Findings& findings() const { return findings_; }
+  const RoutineSettings& settings() const { return settings_; }
+  /// With all that was found so far.
+  instrument::Instrument instrument() const;
+
+  /// Takes one step: mounts its target, looks, evaluates, stores. Homes the axes first unless
+  /// they were homed by this object.
+  /// Throws StepRefused: not good enough, saying what to do; nothing was stored.
+  /// std::invalid_argument: no such step, or one it needs has no valid result.
+  /// devices::DeviceError, acquisition::PreflightError as the devices.
+  const instrument::StepResult& take(const std::string& step, const acquisition::DeviceSet& devices,
+                                     const std::function<void(const Progress&)>& progress,
+                                     std::stop_token stop);
+
+  /// Where steps stand at this moment.
+  instrument::StepState state_of(const std::string& step) const;
+
+ private:
+  void read();
+  void store(const std::string& step, const Observations& observations,
+             instrument::StepResult result, Findings findings);
+
+  instrument::Instrument nominal_;
+  RoutineSettings settings_;
+  Folder folder_;
+  std::function<instrument::UtcSeconds()> now_;
+  instrument::CalibrationArchive archive_;
+  Findings findings_;
+  bool homed_ = false;
+};
+
+}  // namespace gonio::calibration::routine

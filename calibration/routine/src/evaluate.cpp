@@ -1,0 +1,119 @@
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "evaluate_steps.h"
+#include "gonio/calibration/routine/findings.h"
+
+namespace gonio::calibration::routine {
+namespace {
+
+/// Every move goes past its target by at least this and twice the play, so that an axis is always
+/// approached from the same side.
+constexpr double kLeastOvershoot_deg = 0.1;
+
+void use_repeatability(const Findings& findings, rig::RigDescription& rig) {
+  for (rig::Axis& axis : rig.axes) {
+    const auto found = findings.repeatability.find(axis.name);
+    if (found == findings.repeatability.end()) continue;
+    const double wanted_deg =
+        std::max(kLeastOvershoot_deg, 2.0 * found->second.backlash.value.degrees());
+    axis.approach_overshoot = std::max(
+        axis.approach_overshoot,
+        Angle::from_degrees(std::ceil(wanted_deg / kLeastOvershoot_deg) * kLeastOvershoot_deg));
+  }
+}
+
+void use_sensor(const Findings& findings, instrument::SensorModel& sensor) {
+  if (findings.darks) {
+    sensor.black_level_dn = findings.darks->black_level_dn.value;
+  }
+  if (findings.photon_transfer) {
+    sensor.gain_dn_per_e = findings.photon_transfer->gain_dn_per_e.value;
+    sensor.read_noise_e = findings.photon_transfer->read_noise_e.value;
+    if (findings.photon_transfer->full_well_e) {
+      sensor.full_well_e = findings.photon_transfer->full_well_e->value;
+    }
+  }
+  if (findings.darks && sensor.gain_dn_per_e > 0.0) {
+    sensor.dark_current_e_per_s =
+        std::max(0.0, findings.darks->dark_current_dn_per_s.value / sensor.gain_dn_per_e);
+  }
+  if (findings.non_uniformity) sensor.prnu = findings.non_uniformity->prnu.value;
+}
+
+/// Axes, home poses and links as found; limits, speeds and names stay.
+void use_geometry(const Findings& findings, rig::RigDescription& rig) {
+  const rig::RigDescription* found = nullptr;
+  if (findings.stage) found = &findings.stage->rig;
+  if (findings.sample_plane) found = &findings.sample_plane->rig;
+  if (findings.zeros) found = &findings.zeros->rig;
+  if (found != nullptr) {
+    rig.camera = found->camera;
+    rig.sample = found->sample;
+  }
+  if (findings.lamp_arm) rig.lamp = findings.lamp_arm->rig.lamp;
+}
+
+}  // namespace
+
+instrument::Instrument calibrated(const instrument::Instrument& nominal, const Findings& findings,
+                                  const RoutineSettings& settings) {
+  instrument::Instrument found = nominal;
+  use_repeatability(findings, found.rig);
+  use_sensor(findings, found.sensor);
+  use_geometry(findings, found.rig);
+  if (findings.intrinsics) found.camera = findings.intrinsics->camera;
+  if (findings.stage) found.camera = findings.stage->camera;
+  if (findings.fields) {
+    found.lamp_field = findings.fields->lamp_field;
+    found.vignetting = findings.fields->vignetting;
+    found.u_lamp_relative = findings.fields->residual_rms;
+    if (findings.lamp) {
+      found.u_lamp_relative = std::hypot(found.u_lamp_relative, findings.lamp->sigma);
+    }
+  }
+  if (findings.linearity) {
+    found.u_linearity_relative = 0.01 * findings.linearity->le_percent;
+  }
+  if (findings.zeros) {
+    const double zeros = 0.5 * findings.zeros->covariance.trace();
+    found.u_normal =
+        Angle::from_radians(std::hypot(std::sqrt(zeros), settings.sample.u_tilt.radians()));
+  }
+  return found;
+}
+
+instrument::StepResult evaluate(const std::string& step, const Observations& observations,
+                                const instrument::Instrument& nominal,
+                                const RoutineSettings& settings, Findings& findings) {
+  static const std::map<std::string, Evaluate> evaluations{
+      {"homing", evaluate_homing},
+      {"backlash", evaluate_backlash},
+      {"settle_time", evaluate_settling},
+      {"warm_up", evaluate_warm_up},
+      {"darks", evaluate_darks},
+      {"photon_transfer", evaluate_photon_transfer},
+      {"linearity", evaluate_linearity},
+      {"bad_pixels", evaluate_bad_pixels},
+      {"intrinsics", evaluate_intrinsics},
+      {"stage_axes", evaluate_stage_axes},
+      {"sample_plane", evaluate_sample_plane},
+      {"lamp_arm", evaluate_lamp_arm},
+      {"zero_offsets", evaluate_zero_offsets},
+      {"flat_field", evaluate_flat_field},
+      {"stray_light", evaluate_stray_light},
+      {"white", evaluate_white},
+      {"colour", evaluate_colour},
+      {"verification", evaluate_verification}};
+  const auto found = evaluations.find(step);
+  if (found == evaluations.end()) {
+    throw std::invalid_argument("no calibration step is called " + step);
+  }
+  const instrument::Instrument instrument = calibrated(nominal, findings, settings);
+  ResultBuilder result(step);
+  found->second(observations, {nominal, settings, instrument}, findings, result);
+  return result.take();
+}
+
+}  // namespace gonio::calibration::routine

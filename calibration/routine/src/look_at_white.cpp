@@ -1,0 +1,231 @@
+// Radiometry: white, trap, chart and black glass under all channels.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "acquire.h"
+#include "gonio/calibration/result/step_refused.h"
+#include "gonio/instrument/measurement_equation.h"
+#include "mirror.h"
+
+namespace gonio::calibration::routine {
+namespace {
+
+constexpr double kWhiteLevel = 0.75;  // of saturation
+constexpr double kUsedShare = 0.9;    // of the target's half width, clear of its edge
+constexpr int kMaxColours = 3;
+
+struct Pose {
+  double arm_deg;
+  double azimuth_deg;
+  double tilt_deg;
+};
+
+/// The reference: seen along the normal, lit at 45 deg, where certificates hold best.
+constexpr Pose kReference{45.0, 0.0, 0.0};
+
+rig::Joints joints_of(const Bench& bench, const Pose& pose) {
+  return bench.joints(Angle::from_degrees(pose.arm_deg), Angle::from_degrees(pose.azimuth_deg),
+                      Angle::from_degrees(pose.tilt_deg));
+}
+
+/// One picture of the mounted target per channel, as values over a square.
+void add_views(Bench& bench, const Pose& pose, const Square& square, double level,
+               std::vector<WhiteView>& views) {
+  const rig::Joints commanded = joints_of(bench, pose);
+  if (!bench.allowed(commanded)) return;
+  const rig::Joints stood = bench.go(commanded);
+  const int colours = std::min<int>(kMaxColours, static_cast<int>(bench.channels().size()));
+  for (int channel = 0; channel < colours; ++channel) {
+    const std::string& name = bench.channels()[static_cast<std::size_t>(channel)].name;
+    bench.light(name);
+    const Picture picture =
+        bench.picture(name, bench.exposure_for(level), bench.settings().white_frames);
+    WhiteView view{stood, channel, picture.monitor, bench.signals(picture, stood, square)};
+    if (view.pixels.empty()) {
+      throw StepRefused(fmt::format(
+          "found no part of the target in the picture with lamp_arm {:g}, azimuth {:g}, tilt {:g} "
+          "deg, expected it to be lit and seen",
+          pose.arm_deg, pose.azimuth_deg, pose.tilt_deg));
+    }
+    views.push_back(std::move(view));
+  }
+  bench.devices().close_shutter();
+}
+
+double unpolarised_reflectance(double angle_rad, double index) {
+  const double cos_i = std::cos(angle_rad);
+  const double cos_t = std::sqrt(1.0 - std::pow(std::sin(angle_rad) / index, 2));
+  const double s = (cos_i - index * cos_t) / (cos_i + index * cos_t);
+  const double p = (cos_t - index * cos_i) / (cos_t + index * cos_i);
+  return 0.5 * (s * s + p * p);
+}
+
+}  // namespace
+
+Observations look_at_flat_field(Bench& bench) {
+  bench.devices().mount(devices::Target::white);
+  const std::vector<Pose> poses{{20.0, 0.0, 0.0},   {20.0, 25.0, 15.0}, {20.0, -25.0, 0.0},
+                                {45.0, 0.0, 0.0},   {45.0, 30.0, 0.0},  {45.0, 10.0, 25.0},
+                                {45.0, 45.0, 15.0}, {70.0, 20.0, 0.0},  {70.0, 40.0, 20.0},
+                                {70.0, 30.0, 40.0}, {95.0, 45.0, 0.0},  {95.0, 50.0, 25.0}};
+  Observations seen;
+  const Square square{kUsedShare * bench.settings().target_half_width_mm, 12};
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    bench.tell("pose", i, poses.size());
+    add_views(bench, poses[i], square, kWhiteLevel, seen.whites);
+  }
+  return seen;
+}
+
+Observations look_at_stray_light(Bench& bench) {
+  bench.devices().mount(devices::Target::black_trap);
+  const std::vector<Pose> poses{{20.0, 0.0, 0.0}, {45.0, 20.0, 10.0}, {90.0, 30.0, 20.0}};
+  Observations seen;
+  const Square square{0.6 * bench.settings().target_half_width_mm, 1};
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    bench.tell("pose", i, poses.size());
+    const rig::Joints commanded = joints_of(bench, poses[i]);
+    if (!bench.allowed(commanded)) continue;
+    const rig::Joints stood = bench.go(commanded);
+    for (std::size_t channel = 0;
+         channel < std::min<std::size_t>(kMaxColours, bench.channels().size()); ++channel) {
+      // Next to nothing comes back from a trap: the longest exposure that what surrounds it allows.
+      const std::string& name = bench.channels()[channel].name;
+      bench.light(name);
+      const Picture picture =
+          bench.picture(name, bench.exposure_for(kWhiteLevel), bench.settings().white_frames);
+      seen.whites.push_back({stood, static_cast<int>(channel), picture.monitor,
+                             bench.signals(picture, stood, square)});
+    }
+    bench.devices().close_shutter();
+  }
+  return seen;
+}
+
+Observations look_at_white(Bench& bench) {
+  bench.devices().mount(devices::Target::white);
+  Observations seen;
+  const Square square{kUsedShare * bench.settings().target_half_width_mm, 3};
+  for (std::size_t take = 0; take < 2; ++take) {
+    bench.tell("take", take, 2);
+    add_views(bench, kReference, square, kWhiteLevel, seen.whites);
+  }
+  return seen;
+}
+
+Observations look_at_colour(Bench& bench) {
+  Observations seen;
+  const ChartSpec& chart = bench.settings().chart;
+  if (chart.linear_srgb.empty() || bench.channels().size() < kMaxColours) return seen;
+  bench.devices().mount(devices::Target::colour_chart);
+  const rig::Joints stood = bench.go(joints_of(bench, kReference));
+  const int rows = static_cast<int>(chart.linear_srgb.size()) / chart.columns;
+  const double pitch = chart.patch_mm + chart.gap_mm;
+  for (int channel = 0; channel < kMaxColours; ++channel) {
+    bench.tell("channel", static_cast<std::size_t>(channel), kMaxColours);
+    const std::string& name = bench.channels()[static_cast<std::size_t>(channel)].name;
+    bench.light(name);
+    const Picture picture =
+        bench.picture(name, bench.exposure_for(kWhiteLevel), bench.settings().white_frames);
+    WhiteView view{stood, channel, picture.monitor, {}};
+    for (int patch = 0; patch < static_cast<int>(chart.linear_srgb.size()); ++patch) {
+      const Eigen::Vector2d centre((patch % chart.columns - 0.5 * (chart.columns - 1)) * pitch,
+                                   (0.5 * (rows - 1) - patch / chart.columns) * pitch);
+      const auto signal = bench.signal_at(picture, stood, centre, 0.35 * chart.patch_mm);
+      if (!signal) {
+        throw StepRefused(fmt::format(
+            "colour chart: found patch {} outside the picture, expected all of it in view", patch));
+      }
+      view.pixels.push_back(*signal);
+    }
+    seen.whites.push_back(std::move(view));
+  }
+  bench.devices().close_shutter();
+  return seen;
+}
+
+Observations look_at_verification(Bench& bench) {
+  Observations seen;
+  bench.devices().mount(devices::Target::white);
+  const Square square{kUsedShare * bench.settings().target_half_width_mm, 3};
+  // Not the poses of the flat field; the last two are one geometry with light and camera exchanged.
+  const std::vector<Pose> poses{{30.0, -10.0, 8.0},  {60.0, 15.0, 30.0}, {80.0, 60.0, 0.0},
+                                {110.0, 55.0, 10.0}, {50.0, 5.0, 12.0},  {50.0, 45.0, 12.0}};
+  std::size_t done = 0;
+  for (const Pose& pose : poses) {
+    bench.tell("white pose", done++, poses.size());
+    add_views(bench, pose, square, kWhiteLevel, seen.whites);
+  }
+  {
+    MirrorSight mirror(bench, false);
+    for (const double arm_deg : {25.0, 50.0, 80.0, 110.0, 135.0}) {
+      const rig::Joints stood = bench.go(mirror.bisecting(Angle::from_degrees(arm_deg)));
+      if (const auto image = mirror.look()) {
+        seen.mirrors.push_back({stood, image->pixel, false});
+      }
+    }
+  }
+  // Black glass at three angles of incidence: what it reflects over what Fresnel's equations say,
+  // against the first.
+  bench.devices().mount(devices::Target::black_glass);
+  bench.light(bench.main_channel());
+  const double index = bench.settings().black_glass_index;
+  std::optional<double> first;
+  for (const double incidence_deg : {30.0, 56.7, 70.0}) {
+    const Angle arm = Angle::from_degrees(2.0 * incidence_deg);
+    bench.go(bench.joints(arm, 0.5 * arm, {}));
+    const std::chrono::nanoseconds exposure = bench.exposure_for(0.6);
+    const devices::Frame frame = bench.frame(exposure);
+    const auto image = find_highlight(frame, bench.instrument().sensor.black_level_dn, 3.0);
+    if (!image) {
+      throw StepRefused(fmt::format(
+          "black glass: found no image of the lamp at {:g} deg, expected one: is it in the holder?",
+          incidence_deg));
+    }
+    const double over = image->sum_dn / std::chrono::duration<double>(frame.exposure).count() /
+                        unpolarised_reflectance(0.5 * arm.radians(), index);
+    if (first) {
+      seen.ratios.push_back(
+          {fmt::format("black glass at {:g} deg over 30 deg, Fresnel", incidence_deg),
+           over / *first, 1.0, 0.05});
+    } else {
+      first = over;
+    }
+  }
+  bench.devices().close_shutter();
+  return seen;
+}
+
+Observations look(const std::string& step, Bench& bench) {
+  using Look = Observations (*)(Bench&);
+  static const std::map<std::string, Look> looks{
+      {"homing", look_at_homing},
+      {"backlash", look_at_backlash},
+      {"settle_time", look_at_settling},
+      {"warm_up", look_at_warm_up},
+      {"darks", look_at_darks},
+      {"photon_transfer", look_at_photon_transfer},
+      {"linearity", look_at_linearity},
+      {"bad_pixels", look_at_bad_pixels},
+      {"intrinsics", look_at_intrinsics},
+      {"stage_axes", look_at_stage_axes},
+      {"sample_plane", [](Bench&) { return Observations{}; }},
+      {"lamp_arm", look_at_lamp_arm},
+      {"zero_offsets", look_at_zero_offsets},
+      {"flat_field", look_at_flat_field},
+      {"stray_light", look_at_stray_light},
+      {"white", look_at_white},
+      {"colour", look_at_colour},
+      {"verification", look_at_verification}};
+  const auto found = looks.find(step);
+  if (found == looks.end()) throw std::invalid_argument("no calibration step is called " + step);
+  return found->second(bench);
+}
+
+}  // namespace gonio::calibration::routine
