@@ -23,6 +23,9 @@ constexpr double kMinContrast_dn = 40.0;
 constexpr double kMaxSaturated = 0.02;  // of the pixels
 constexpr double kMinFound = 0.6;       // of the board's corners
 constexpr int kMarkerImage_px = 900;    // wider pictures are halved for the markers
+// cornerSubPix interpolates linearly, which an edge one pixel wide is too sharp for: without this
+// blur corners lie 0.06 px off where 0.035 px is possible.
+constexpr double kSmooth_px = 1.0;
 constexpr int kRefineIterations = 60;
 constexpr double kRefined_px = 1e-4;
 
@@ -131,6 +134,7 @@ geometry::BoardView detect(const BoardImage& image, const BoardSpec& spec) {
   }
   cv::Mat exact;
   frame.convertTo(exact, CV_32F);
+  cv::GaussianBlur(exact, exact, {}, kSmooth_px);
   const int half = window_half(corners, corner_ids, spec);
   cv::cornerSubPix(
       exact, corners, {half, half}, {-1, -1},
