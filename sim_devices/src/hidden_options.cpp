@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "gonio/random/distributions.h"
 
@@ -180,6 +181,18 @@ WhiteCertificate hidden_white() {
   return white;
 }
 
+std::vector<brdf::Rgb> hidden_chart() {
+  std::vector<brdf::Rgb> albedos;
+  for (int grey = 0; grey < 6; ++grey) albedos.push_back(brdf::Rgb::Constant(0.9 / (1 << grey)));
+  for (const double dim : {0.05, 0.15, 0.3}) {
+    for (int mask = 1; mask < 7; ++mask) {  // red, green, yellow, blue, magenta, cyan
+      albedos.emplace_back((mask & 1) != 0 ? 0.6 : dim, (mask & 2) != 0 ? 0.6 : dim,
+                           (mask & 4) != 0 ? 0.6 : dim);
+    }
+  }
+  return albedos;
+}
+
 SimOptions hidden_options(std::shared_ptr<const brdf::BrdfModel> material, std::uint64_t seed,
                           HiddenImage image) {
   using devices::Target;
@@ -201,6 +214,8 @@ SimOptions hidden_options(std::shared_ptr<const brdf::BrdfModel> material, std::
   const WhiteCertificate white = hidden_white();
   options.scene.white_tile = std::make_shared<AngularWhite>(white.reflectance, white.angular);
   options.scene.patch = options.scene.white_tile;
+  options.scene.black_glass.filter = 0.02;
+  options.scene.colour_chart.albedos = hidden_chart();
   options.seed = seed;
   options.validate();
   return options;

@@ -99,14 +99,11 @@ class PixelView {
     double reflected;
     bool operator==(const Kind&) const = default;
   };
-  Kind kind_along(const Eigen::Vector2d& ideal) const {
+  /// Radiance along (x, y, 1) of the camera's frame, per 1 W/sr in each band. Says what kind of
+  /// place it is when asked.
+  brdf::Rgb along(const Eigen::Vector2d& ideal, Kind* kind = nullptr) const {
     const Seen seen = seen_along(ideal);
-    return {seen.material, seen.reflected};
-  }
-
-  /// Radiance along (x, y, 1) of the camera's frame, per 1 W/sr in each band.
-  brdf::Rgb along(const Eigen::Vector2d& ideal) const {
-    const Seen seen = seen_along(ideal);
+    if (kind != nullptr) *kind = {seen.material, seen.reflected};
     if (seen.material == nullptr) return brdf::Rgb::Zero();
     brdf::Rgb radiance = brdf::Rgb::Constant(seen.reflected * lamp_image_.radiance());
     const Illumination::Light light = illumination_.at(seen.point);
@@ -139,8 +136,9 @@ class PixelView {
     seen.point = {eye_.x() + way * seen.ray.x(), eye_.y() + way * seen.ray.y(), 0.0};
     seen.material = scene_.material_at(seen.point.x(), seen.point.y(), target_);
     if (const PolishedOptions* polish = scene_.polish_at(seen.point.x(), seen.point.y(), target_)) {
-      seen.reflected = lamp_image_.reflected(seen.point, seen.ray, *polish,
-                                             target_ == devices::Target::black_glass);
+      seen.reflected =
+          polish->filter * lamp_image_.reflected(seen.point, seen.ray, *polish,
+                                                 target_ == devices::Target::black_glass);
     }
     return seen;
   }
@@ -272,8 +270,7 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
   std::vector<PixelView::Kind> kinds(fine ? width * height : 0);
   parallel::for_each_block(0, height, kRadianceRows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t pixel = begin * width; pixel < end * width; ++pixel) {
-      keep(pixel, view.along(lens_.ray(pixel)));
-      if (fine) kinds[pixel] = view.kind_along(lens_.ray(pixel));
+      keep(pixel, view.along(lens_.ray(pixel), fine ? &kinds[pixel] : nullptr));
     }
   });
   // An edge crosses a pixel that is of another kind than one of its neighbours.

@@ -175,6 +175,7 @@ void PolishedOptions::validate(const std::string& target) const {
   require_between(target + ".reflectance", reflectance, 0.0, 1.0);
   require_between(target + ".refractive_index", refractive_index, 1.0, 5.0);
   require_between(target + ".diffuse_albedo", diffuse_albedo, 0.0, 1.0);
+  require_between(target + ".filter", filter, 0.0, 1.0);
 }
 
 void ColourChartOptions::validate() const {

@@ -12,6 +12,10 @@ namespace {
 
 constexpr int kFieldTerms = 5;
 constexpr int kLensTerms = 3;
+// What lenses are like before anything is seen: cos^4 has -2, 3 and -4. Without it the higher
+// terms, of which a target far smaller than the picture shows nothing, would be noise, and the
+// falloff beyond the target with them.
+constexpr std::array<double, kLensTerms> kLensSpread{5.0, 10.0, 30.0};
 constexpr int kMaxIterations = 50;
 constexpr double kSmallStep = 1e-12;
 // Ratio of the singular values of the scaled Jacobian beyond which numbers mean nothing.
@@ -77,8 +81,14 @@ System linearise(const std::vector<Row>& rows, const Eigen::VectorXd& parameters
                  Eigen::Index channels) {
   const Eigen::VectorXd field = parameters.segment(channels, kFieldTerms);
   const Eigen::VectorXd lens = parameters.tail(kLensTerms);
-  System system{Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), parameters.size()),
-                Eigen::VectorXd(static_cast<Eigen::Index>(rows.size()))};
+  const auto pixels = static_cast<Eigen::Index>(rows.size());
+  System system{Eigen::MatrixXd::Zero(pixels + kLensTerms, parameters.size()),
+                Eigen::VectorXd(pixels + kLensTerms)};
+  for (Eigen::Index term = 0; term < kLensTerms; ++term) {
+    const double spread = kLensSpread[static_cast<std::size_t>(term)];
+    system.residual[pixels + term] = -lens[term] / spread;
+    system.jacobian(pixels + term, channels + kFieldTerms + term) = 1.0 / spread;
+  }
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows[i];
     const double intensity = 1.0 + field.dot(row.field);
@@ -196,10 +206,11 @@ FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<
                                   kMaxIterations));
   }
 
-  Eigen::VectorXd relative = system.residual;
+  Eigen::VectorXd relative = system.residual.head(samples);
   for (Eigen::Index i = 0; i < samples; ++i) relative[i] *= rows[static_cast<std::size_t>(i)].sigma;
   fit.residual_rms = std::sqrt(relative.squaredNorm() / static_cast<double>(samples - count));
-  fit.chi2_per_dof = system.residual.squaredNorm() / static_cast<double>(samples - count);
+  fit.chi2_per_dof =
+      system.residual.head(samples).squaredNorm() / static_cast<double>(samples - count);
   if (!(fit.residual_rms <= limit)) {
     refuse_large_residual(rows, relative, views.size(), fit.residual_rms, limit);
   }

@@ -21,7 +21,7 @@ constexpr double kMirrorTurn_deg = 1.2;
 const std::array<Eigen::Vector2d, 5> kTurns{
     {{0.0, 0.0}, {-1.0, -1.0}, {1.0, -1.0}, {-1.0, 1.0}, {1.0, 1.0}}};
 
-const std::array<double, 4> kScanArms_deg{30.0, 60.0, 90.0, 120.0};
+const std::array<double, 3> kScanArms_deg{40.0, 80.0, 120.0};
 constexpr int kScanSide = 7;
 // The aperture in the picture is as wide as the lamp's image, so that what gets through is nearly
 // Gaussian in both angles; the scan goes to where a fifth is left.

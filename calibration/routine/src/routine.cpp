@@ -1,5 +1,6 @@
 #include "gonio/calibration/routine/routine.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/sha256.h"
 #include "gonio/files/text_file.h"
+#include "gonio/instrument/calibration_file.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -159,7 +161,20 @@ void Routine::store(const std::string& step, const Observations& observations,
   result.raw_data = {{std::filesystem::relative(path, folder_.path).string(), sha256}};
   instrument::CalibrationArchive archive = archive_;
   instrument::record(archive, std::move(result));
+  // The constants that sessions use go with the archive as a whole: with a step missing or stale
+  // there are none.
+  archive.instrument_sha256.clear();
+  std::string constants;
+  if (instrument::steps_to_take(archive, now_()).empty()) {
+    instrument::Instrument found = calibrated(nominal_, findings, settings_);
+    found.id = fmt::format("{}, calibrated {:%F %H:%M} UTC", nominal_.rig.name, now_());
+    constants = instrument::to_json(found);
+    archive.instrument_sha256 = files::sha256_of_bytes(constants);
+  }
   files::write_text_file(path, text, files::Overwrite::Yes);
+  if (!constants.empty()) {
+    files::write_text_file(folder_.instrument(), constants, files::Overwrite::Yes);
+  }
   instrument::write_calibration_archive(folder_.archive(), archive);
   if (const instrument::StepResult* old = instrument::find_result(archive_, step);
       old != nullptr && old->raw_data.size() == 1 && old->raw_data[0].sha256 != sha256) {

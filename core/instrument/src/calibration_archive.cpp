@@ -116,6 +116,9 @@ void CalibrationArchive::validate() const {
   if (!is_sha256(rig_sha256)) {
     throw std::invalid_argument("rig_sha256: expected 64 hexadecimal digits");
   }
+  if (!instrument_sha256.empty() && !is_sha256(instrument_sha256)) {
+    throw std::invalid_argument("instrument_sha256: expected 64 hexadecimal digits, or nothing");
+  }
   if (temperature_deg_c && !std::isfinite(*temperature_deg_c)) {
     throw std::invalid_argument("temperature_deg_c: expected a finite number");
   }

@@ -99,9 +99,13 @@ StepResult result_from_json(JsonFields& fields) {
 std::string to_json(const CalibrationArchive& archive) {
   Json results = Json::array();
   for (const StepResult& result : archive.results) results.push_back(result_to_json(result));
-  Json document = {{"format", kArchiveFormat},         {"version", kArchiveVersion},
-                   {"rig_sha256", archive.rig_sha256}, {"serials", text_map(archive.serials)},
-                   {"temperature_deg_c", nullptr},     {"results", results}};
+  Json document = {{"format", kArchiveFormat},
+                   {"version", kArchiveVersion},
+                   {"rig_sha256", archive.rig_sha256},
+                   {"instrument_sha256", archive.instrument_sha256},
+                   {"serials", text_map(archive.serials)},
+                   {"temperature_deg_c", nullptr},
+                   {"results", results}};
   if (archive.temperature_deg_c) document["temperature_deg_c"] = *archive.temperature_deg_c;
   return document.dump(2) + "\n";
 }
@@ -114,6 +118,7 @@ CalibrationArchive calibration_archive_from_json(const std::string& text,
   CalibrationArchive archive;
   try {
     archive.rig_sha256 = fields.text("rig_sha256");
+    archive.instrument_sha256 = fields.text("instrument_sha256");
     archive.serials = fields.texts_by_name("serials");
     archive.temperature_deg_c = fields.number_or_null("temperature_deg_c");
     fields.each_object(

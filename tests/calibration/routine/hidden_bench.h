@@ -14,7 +14,7 @@ namespace gonio::calibration::routine::test {
 
 /// A hidden world, and what an operator knows of it.
 struct HiddenBench {
-  explicit HiddenBench(std::uint64_t seed, sim::PictureSize size = sim::PictureSize::quarter)
+  explicit HiddenBench(std::uint64_t seed, sim::HiddenImage size = sim::HiddenImage::small)
       : HiddenBench(options_with_board(seed, size)) {}
 
   explicit HiddenBench(const sim::SimOptions& options) : world(options) {
@@ -26,7 +26,7 @@ struct HiddenBench {
     devices.clock = &world.clock();
   }
 
-  static sim::SimOptions options_with_board(std::uint64_t seed, sim::PictureSize size) {
+  static sim::SimOptions options_with_board(std::uint64_t seed, sim::HiddenImage size) {
     sim::SimOptions options = sim::hidden_options(
         std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)), seed, size);
     const board::BoardSpec spec;
@@ -39,11 +39,11 @@ struct HiddenBench {
   }
 
   /// The drawing and the data sheets, and the white's certificate.
-  static instrument::Instrument nominal(sim::PictureSize size) {
+  static instrument::Instrument nominal(sim::HiddenImage size) {
     instrument::Instrument known;
     known.id = "nominal";
     known.rig = rig::la2(350.0, 500.0);
-    const bool full = size == sim::PictureSize::full;
+    const bool full = size == sim::HiddenImage::full_size;
     known.camera.width_px = full ? 2448 : 612;
     known.camera.height_px = full ? 2048 : 512;
     known.camera.fx_px = known.camera.fy_px = full ? 5525.0 : 1381.0;
@@ -57,11 +57,20 @@ struct HiddenBench {
                     .dark_current_e_per_s = 5.0,
                     .prnu = 0.006};
     known.white.id = "tile";
-    known.white.reflectance = {0.99, 0.985, 0.98};
-    known.white.u_relative = 0.003;
+    const sim::WhiteCertificate certificate = sim::hidden_white();
+    known.white.reflectance = certificate.reflectance;
+    known.white.u_relative = certificate.u_relative;
     known.u_normal = Angle::from_degrees(0.3);
     known.u_lamp_relative = 0.01;
     return known;
+  }
+
+  static RoutineSettings settings() {
+    RoutineSettings settings;
+    for (const brdf::Rgb& albedo : sim::hidden_chart()) {
+      settings.chart.linear_srgb.emplace_back(albedo.matrix());
+    }
+    return settings;
   }
 
   sim::SimGoniometer world;

@@ -13,10 +13,8 @@ namespace {
 constexpr instrument::UtcSeconds kNoon{std::chrono::seconds(1'700'000'000)};
 
 Routine routine_in(const std::filesystem::path& folder) {
-  return {
-      test::HiddenBench::nominal(sim::PictureSize::quarter), {}, {folder}, {{"camera", "sim"}}, [] {
-        return kNoon;
-      }};
+  return Routine(test::HiddenBench::nominal(sim::HiddenImage::small), test::HiddenBench::settings(),
+                 {folder}, {{"camera", "sim"}}, [] { return kNoon; });
 }
 
 TEST(Routine, FindsTheSensorOfAHiddenWorldAndGoesOnFromTheFolder) {

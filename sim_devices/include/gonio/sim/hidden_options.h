@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "gonio/brdf/brdf_model.h"
 #include "gonio/sim/angular_white.h"
@@ -24,6 +25,10 @@ struct WhiteCertificate {
 };
 
 WhiteCertificate hidden_white();
+
+/// Linear R, G, B of the patches of a hidden world's colour chart: a row of greys, then three of
+/// primary and mixed colours, paler from row to row. The same in every world.
+std::vector<brdf::Rgb> hidden_chart();
 
 /// A world to be calibrated: LA-2 with everything a calibration has to find somewhat off its
 /// nominal value, each by a draw of its own from `seed`, uniform within

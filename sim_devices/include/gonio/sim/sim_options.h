@@ -176,6 +176,9 @@ struct PolishedOptions {
   double reflectance = 0.002;
   double refractive_index = 1.52;  ///< of black glass, by Fresnel's equations
   double diffuse_albedo = 0.0005;  ///< dust and scattering
+  /// Transmittance, for there and back, of a neutral filter before it that keeps the lamp's image
+  /// below saturation; 1: none.
+  double filter = 1.0;
 
   void validate(const std::string& target) const;
 };

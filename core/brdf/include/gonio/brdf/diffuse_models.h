@@ -10,6 +10,12 @@ class Lambertian final : public BrdfModel {
   /// `albedo` in [0, 1]; throws std::invalid_argument otherwise.
   explicit Lambertian(const Rgb& albedo);
 
+  using BrdfModel::evaluate;
+  /// The same everywhere: needs no geometry. Lengths are not looked at.
+  Rgb evaluate(const DirectionPair& pair) const override {
+    return pair.wi.z() > 0.0 && pair.wo.z() > 0.0 ? per_sr_ : Rgb(Rgb::Zero());
+  }
+
  private:
   Rgb evaluate_visible(const ShadingGeometry& geometry) const override;
 

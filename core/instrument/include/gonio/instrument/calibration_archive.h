@@ -51,7 +51,10 @@ struct StepResult {
 
 /// All that a calibration has found, with how sure it is, from what and until when.
 struct CalibrationArchive {
-  std::string rig_sha256;                      ///< rig_sha256() of the nominal rig
+  std::string rig_sha256;  ///< rig_sha256() of the nominal rig
+  /// Of the file of constants (calibration_file.h) that the results came to; empty until all steps
+  /// have one.
+  std::string instrument_sha256;
   std::map<std::string, std::string> serials;  ///< device -> serial number or identity
   std::optional<double> temperature_deg_c;
   std::vector<StepResult> results;  ///< at most one of a step

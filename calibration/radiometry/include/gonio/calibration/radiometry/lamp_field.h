@@ -24,7 +24,8 @@ struct FieldFit {
 
 /// Fits ln S = ln C + ln V(q) + ln I(x, y) + ln(f_w cos theta_i / r^2) by Gauss-Newton. Falloff of
 /// the lens and field of the lamp look alike in one pose; views from other arm angles and tilts
-/// turn one against the other.
+/// turn one against the other. v1, v2, v3 are known beforehand to be within 5, 10 and 30 of zero
+/// (1 sigma), as lenses are.
 ///
 /// `instrument`  gives geometry, white and where the fit starts.
 /// Throws   StepRefused: as require_white_views(); views that cannot tell lamp from lens: the
