@@ -59,6 +59,14 @@ struct HiddenBench {
     known.white.id = "tile";
     const sim::WhiteCertificate certificate = sim::hidden_white();
     known.white.reflectance = certificate.reflectance;
+    const auto degrees = [](const std::vector<Angle>& nodes) {
+      std::vector<double> values;
+      for (const Angle node : nodes) values.push_back(node.degrees());
+      return values;
+    };
+    known.white.angular = {degrees(certificate.angular.theta_i),
+                           degrees(certificate.angular.theta_o),
+                           degrees(certificate.angular.delta_phi), certificate.angular.factor};
     known.white.u_relative = certificate.u_relative;
     known.u_normal = Angle::from_degrees(0.3);
     known.u_lamp_relative = 0.01;
