@@ -232,8 +232,11 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render(const rig::Joints&
 MountOptions RadianceRenderer::mount_of(devices::Target target) const {
   if (target == devices::Target::sample) return options_.sample_mount;
   if (target == devices::Target::white) return options_.white_mount;
-  const bool turned = target == devices::Target::mirror_turned;
-  const auto found = options_.mounts.find(turned ? devices::Target::mirror : target);
+  using devices::Target;
+  const bool turned = target == Target::mirror_turned || target == Target::board_turned;
+  const auto found = options_.mounts.find(target == Target::mirror_turned  ? Target::mirror
+                                          : target == Target::board_turned ? Target::board
+                                                                           : target);
   MountOptions mount = found == options_.mounts.end() ? MountOptions{} : found->second;
   if (turned) {
     mount.tilt_about_x = -mount.tilt_about_x;

@@ -101,6 +101,9 @@ const brdf::BrdfModel* Scene::material_at(double x_mm, double y_mm, devices::Tar
     case devices::Target::board:
       seen = on_board(x_mm, y_mm);
       break;
+    case devices::Target::board_turned:
+      seen = on_board(-x_mm, -y_mm);
+      break;
     case devices::Target::mirror:
     case devices::Target::mirror_turned:
       within(scene.mirror.half_width_mm, mirror_dust_);

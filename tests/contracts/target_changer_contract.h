@@ -33,8 +33,8 @@ TEST_P(TargetChangerContract, MountsEitherTargetFromEither) {
   using devices::Target;
   for (const Target target :
        {Target::white, Target::white, Target::sample, Target::sample, Target::mirror,
-        Target::mirror_turned, Target::board, Target::black_trap, Target::black_glass,
-        Target::colour_chart, Target::sample}) {
+        Target::mirror_turned, Target::board_turned, Target::board, Target::black_trap,
+        Target::black_glass, Target::colour_chart, Target::sample}) {
     changer_->mount(target);
     EXPECT_EQ(changer_->mounted(), target);
   }

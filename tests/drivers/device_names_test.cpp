@@ -50,6 +50,7 @@ TEST(Target, NamesAreThoseOfTheFiles) {
   EXPECT_EQ(to_string(Target::board), "board");
   EXPECT_EQ(to_string(Target::mirror), "mirror");
   EXPECT_EQ(to_string(Target::mirror_turned), "mirror_turned");
+  EXPECT_EQ(to_string(Target::board_turned), "board_turned");
   EXPECT_EQ(to_string(Target::black_trap), "black_trap");
   EXPECT_EQ(to_string(Target::black_glass), "black_glass");
   EXPECT_EQ(to_string(Target::colour_chart), "colour_chart");

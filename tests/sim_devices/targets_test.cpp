@@ -214,6 +214,27 @@ TEST(Mirror, TurnedLeansTheOtherWay) {
   EXPECT_NEAR(0.5 * (one_way.row + turned.row), flat[1], 0.1);
 }
 
+TEST(Board, TurnedIsUpsideDown) {
+  SimOptions options = options_for_images();
+  options.scene.board.columns = 2;
+  options.scene.board.rows = 1;
+  options.scene.board.white = {true, false};
+  options.scene.board.cell_mm = 20.0;
+  const rig::Joints pose{30.0_deg, 0.0_deg, 0.0_deg};
+  const auto side_sum = [&](Target target, bool left) {
+    const devices::Frame frame = picture_of(options, target, pose, 10ms);
+    double sum = 0.0;
+    for (int row = 0; row < frame.height_px; ++row) {
+      for (int column = 0; column < frame.width_px; ++column) {
+        if ((column < frame.width_px / 2) == left) sum += frame.at(row, column);
+      }
+    }
+    return sum;
+  };
+  EXPECT_GT(side_sum(Target::board, true), side_sum(Target::board, false));
+  EXPECT_LT(side_sum(Target::board_turned, true), side_sum(Target::board_turned, false));
+}
+
 TEST(BlackGlass, ReflectsAsFresnelSays) {
   SimOptions options = options_for_images();
   // n = 1.52, unpolarised, to five places from a table of Fresnel's equations.

@@ -4,10 +4,10 @@
 #include <fmt/format.h>
 
 #include <ctime>
-#include <iostream>
 #include <memory>
 #include <optional>
 
+#include "asking_changer.h"
 #include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
@@ -21,33 +21,6 @@ namespace {
 constexpr const char* kRigText = "rig.toml";
 constexpr const char* kPlanText = "plan.csv";
 constexpr const char* kCalibrationText = "calibration.json";
-
-/// A person at the terminal, who changes the target. On a simulated rig what he does is done to its
-/// world as well.
-class AskingChanger final : public devices::TargetChanger {
- public:
-  explicit AskingChanger(devices::TargetChanger* simulated) : simulated_(simulated) {}
-
-  const std::string& name() const override { return name_; }
-  devices::Target mounted() const override { return mounted_; }
-  void mount(devices::Target target) override {
-    if (mounted_ == target) return;
-    fmt::print(stderr, "Mount the {}, then press Enter (q and Enter to give up): ",
-               devices::in_words(target));
-    std::string answer;
-    if (!std::getline(std::cin, answer) || answer == "q") {
-      throw devices::DeviceError(devices::DeviceErrc::Stopped, name_,
-                                 "nobody confirmed that the target was changed");
-    }
-    if (simulated_ != nullptr) simulated_->mount(target);
-    mounted_ = target;
-  }
-
- private:
-  devices::TargetChanger* simulated_;
-  devices::Target mounted_ = devices::Target::sample;
-  std::string name_ = "operator";
-};
 
 acquisition::SessionMetadata metadata_of(const SessionSetup& session,
                                          const std::string& calibration, OpenedRig& rig) {
@@ -119,7 +92,7 @@ acquisition::SessionResult run_session(const Console& console, const SessionSetu
   if (!session.simulated) check_session(session);
   const auto rig = session.simulated ? open_simulated(session)
                                      : open_hardware_rig(session.rig, Parts::all, stop);
-  AskingChanger person(rig->devices().changer);
+  AskingChanger person(rig->devices().changer, devices::Target::sample);
   const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
   check(devices, session);
   const std::string calibration = instrument::to_json(session.instrument);

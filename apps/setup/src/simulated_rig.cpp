@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gonio/brdf/diffuse_models.h"
+#include "gonio/calibration/board/board_spec.h"
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/setup/white_certificate.h"
 #include "gonio/sim/angular_white.h"
@@ -129,6 +130,16 @@ sim::SimOptions simulated_world(const RigFile& file,
   world.scene.patch = world.scene.white_tile;
   world.scene.patch_x_mm = file.session.white_patch_mm.x();
   world.scene.patch_y_mm = file.session.white_patch_mm.y();
+  // What an operator has at hand for a calibration.
+  const calibration::board::BoardSpec board;
+  const calibration::board::BoardCells cells = calibration::board::board_cells(board);
+  world.scene.board.columns = cells.columns;
+  world.scene.board.rows = cells.rows;
+  world.scene.board.white = cells.white;
+  world.scene.board.cell_mm = board.cell_mm();
+  const sim::SceneOptions bench = sim::hidden_options(material, seed).scene;
+  world.scene.black_glass = bench.black_glass;
+  world.scene.colour_chart = bench.colour_chart;
   return world;
 }
 

@@ -17,7 +17,7 @@ constexpr int kLensTerms = 3;
 // falloff beyond the target with them.
 constexpr std::array<double, kLensTerms> kLensSpread{5.0, 10.0, 30.0};
 constexpr int kMaxIterations = 50;
-constexpr double kSmallStep = 1e-12;
+constexpr double kSmallStep = 1e-9;
 // Ratio of the singular values of the scaled Jacobian beyond which numbers mean nothing.
 constexpr double kMaxCondition = 1e8;
 constexpr const char* kAddViews =

@@ -20,8 +20,8 @@ struct Grid {
   std::vector<double> tilts_deg;
 };
 
-Observations views(Bench& bench, const Grid& grid) {
-  bench.devices().mount(devices::Target::board);
+std::vector<geometry::StageView> views(Bench& bench, devices::Target target, const Grid& grid) {
+  bench.devices().mount(target);
   std::vector<rig::Joints> poses;
   for (const double tilt_deg : grid.tilts_deg) {
     for (const double azimuth_deg : grid.azimuths_deg) {
@@ -33,7 +33,7 @@ Observations views(Bench& bench, const Grid& grid) {
       if (bench.allowed(pose)) poses.push_back(pose);
     }
   }
-  Observations seen;
+  std::vector<geometry::StageView> seen;
   bench.light(bench.main_channel());
   std::size_t missing = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -44,7 +44,7 @@ Observations views(Bench& bench, const Grid& grid) {
       const board::BoardImage image{frame.pixels_dn, frame.width_px, frame.height_px,
                                     bench.instrument().sensor.black_level_dn,
                                     static_cast<double>(frame.saturation_level_dn)};
-      seen.boards.push_back({stood, board::detect(image, bench.settings().board)});
+      seen.push_back({stood, board::detect(image, bench.settings().board)});
     } catch (const StepRefused&) {
       // One view that is bad says little; the first few all being bad says what is mounted.
       if (static_cast<double>(++missing) > kMaxMissed * static_cast<double>(poses.size())) throw;
@@ -56,13 +56,21 @@ Observations views(Bench& bench, const Grid& grid) {
 }  // namespace
 
 Observations look_at_intrinsics(Bench& bench) {
-  return views(bench,
-               {{-42.0, -30.0, -18.0, -6.0, 6.0, 18.0, 30.0, 42.0}, {-4.0, 12.0, 26.0, 40.0}});
+  Observations seen;
+  seen.boards =
+      views(bench, devices::Target::board,
+            {{-42.0, -30.0, -18.0, -6.0, 6.0, 18.0, 30.0, 42.0}, {-4.0, 12.0, 26.0, 40.0}});
+  return seen;
 }
 
 Observations look_at_stage_axes(Bench& bench) {
-  return views(bench,
-               {{-42.0, -30.0, -15.0, 0.0, 15.0, 30.0, 42.0}, {0.0, 10.0, 20.0, 30.0, 40.0}});
+  Observations seen;
+  seen.boards =
+      views(bench, devices::Target::board,
+            {{-42.0, -30.0, -15.0, 0.0, 15.0, 30.0, 42.0}, {0.0, 10.0, 20.0, 30.0, 40.0}});
+  seen.boards_turned = views(bench, devices::Target::board_turned,
+                             {{-36.0, -18.0, 0.0, 18.0, 36.0}, {0.0, 14.0, 28.0}});
+  return seen;
 }
 
 }  // namespace gonio::calibration::routine

@@ -44,7 +44,7 @@ MirrorSight::MirrorSight(Bench& bench, bool turned) : bench_(bench) {
     if (std::abs(moves.determinant()) < 1.0) {
       throw StepRefused(
           "mirror: found the lamp's image standing still while the axes move, expected it to "
-          "follow: is what shines the lamp's image in the mirror?");
+          "follow: is the mirror in the holder, and is the lamp on?");
     }
     const Eigen::Vector2d turns = moves.inverse() * (wanted - here.pixel);
     azimuth_off_ = azimuth_off_ + turns.x() * kSearch;

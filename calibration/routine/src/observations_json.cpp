@@ -212,6 +212,7 @@ std::string to_json(const std::string& step, const Observations& seen) {
       {"levels", list(seen.levels, level_json)},
       {"non_uniformity", nullptr},
       {"boards", list(seen.boards, board_json)},
+      {"boards_turned", list(seen.boards_turned, board_json)},
       {"mirrors", list(seen.mirrors,
                        [](const geometry::MirrorView& m) {
                          Json json = {{"pixel", {m.pixel.x(), m.pixel.y()}}, {"turned", m.turned}};
@@ -276,6 +277,8 @@ Observations observations_from_json(const std::string& text, const std::string& 
     each.finish();
   }
   fields.each_object("boards", [&](JsonFields& each) { seen.boards.push_back(board_of(each)); });
+  fields.each_object("boards_turned",
+                     [&](JsonFields& each) { seen.boards_turned.push_back(board_of(each)); });
   fields.each_object("mirrors", [&](JsonFields& each) {
     const rig::Joints joints = joints_of(each);
     seen.mirrors.push_back({joints, each.vector<2>("pixel"), each.boolean("turned")});

@@ -53,6 +53,8 @@ std::string_view to_string(Target target) {
       return "white";
     case Target::board:
       return "board";
+    case Target::board_turned:
+      return "board_turned";
     case Target::mirror:
       return "mirror";
     case Target::mirror_turned:
@@ -75,6 +77,8 @@ std::string_view in_words(Target target) {
       return "white reference";
     case Target::board:
       return "ChArUco board";
+    case Target::board_turned:
+      return "ChArUco board, turned by half a turn in its mount";
     case Target::mirror:
       return "flat mirror";
     case Target::mirror_turned:

@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 
 #include <chrono>
+#include <cmath>
+#include <filesystem>
 
 #include "hidden_bench.h"
+#include "recovery.h"
 #include "temporary_folder.h"
 
 namespace gonio::calibration::routine {
@@ -35,6 +38,25 @@ TEST(Routine, FindsTheSensorOfAHiddenWorldAndGoesOnFromTheFolder) {
   EXPECT_EQ(again.state_of("intrinsics"), instrument::StepState::missing);
   EXPECT_NEAR(again.instrument().sensor.gain_dn_per_e / truth.dn_per_electron, 1.0, 0.01);
 }
+
+class HiddenTruth : public ::testing::TestWithParam<std::uint64_t> {};
+
+// The whole routine at a quarter of the pixels; the full size is in the benchmark.
+TEST_P(HiddenTruth, IsFoundWithinTheLimits) {
+  const TemporaryFolder folder;
+  test::HiddenBench bench(GetParam());
+  Routine routine = routine_in(folder.path() / "cal");
+  for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
+    routine.take(std::string(step.name), bench.devices, {}, {});
+  }
+  constexpr double kAnglesAtAQuarter = 3.0;
+  for (const test::Recovered& each :
+       test::recovered(routine, bench.world.truth(), kAnglesAtAQuarter)) {
+    EXPECT_LT(std::abs(each.error), each.limit) << each.name << " " << each.unit;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder.path() / "cal" / "instrument.json"));
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, HiddenTruth, ::testing::Values(1U, 2U));
 
 }  // namespace
 }  // namespace gonio::calibration::routine

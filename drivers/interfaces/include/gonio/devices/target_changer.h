@@ -10,13 +10,14 @@ namespace gonio::devices {
 /// What can lie in the sample plane. A session needs the first two; calibration the others.
 enum class Target {
   sample,
-  white,   ///< the white reference
-  board,   ///< ChArUco board
-  mirror,  ///< flat first-surface mirror
+  white,  ///< the white reference
+  board,  ///< ChArUco board
   /// The same, turned by half a turn in its mount: how it leans there leans the other way.
-  mirror_turned,
-  black_trap,   ///< swallows what falls on it
-  black_glass,  ///< polished, reflects as Fresnel's equations say
+  board_turned,
+  mirror,         ///< flat first-surface mirror
+  mirror_turned,  ///< as board_turned
+  black_trap,     ///< swallows what falls on it
+  black_glass,    ///< polished, reflects as Fresnel's equations say
   colour_chart
 };
 

@@ -59,6 +59,7 @@ struct Observations {
   std::vector<sensor::LevelStatistics> levels;
   std::optional<sensor::NonUniformity> non_uniformity;
   std::vector<geometry::StageView> boards;
+  std::vector<geometry::StageView> boards_turned;  ///< turned by half a turn in its mount
   std::vector<geometry::MirrorView> mirrors;
   std::vector<PeakScan> scans;
   std::vector<WhiteView> whites;  ///< also of the trap and the chart

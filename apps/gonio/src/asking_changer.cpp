@@ -1,0 +1,26 @@
+#include "asking_changer.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+
+namespace gonio::cli {
+
+devices::Target AskingChanger::mounted() const {
+  return mounted_.value_or(devices::Target::sample);
+}
+
+void AskingChanger::mount(devices::Target target) {
+  if (mounted_ == target) return;
+  fmt::print(stderr, "Mount the {}, then press Enter (q and Enter to give up): ",
+             devices::in_words(target));
+  std::string answer;
+  if (!std::getline(std::cin, answer) || answer == "q") {
+    throw devices::DeviceError(devices::DeviceErrc::Stopped, name_,
+                               "nobody confirmed that the target was changed");
+  }
+  if (simulated_ != nullptr) simulated_->mount(target);
+  mounted_ = target;
+}
+
+}  // namespace gonio::cli

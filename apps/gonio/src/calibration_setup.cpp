@@ -1,0 +1,26 @@
+#include "calibration_setup.h"
+
+#include "gonio/sim/hidden_options.h"
+
+namespace gonio::cli {
+
+calibration::routine::RoutineSettings calibration_settings(const RigFile& rig) {
+  calibration::routine::RoutineSettings settings;
+  settings.session = rig.session;
+  settings.target_half_width_mm =
+      rig.session.white_half_width_mm.value_or(rig.session.sample_half_width_mm);
+  if (rig.driver == RigFile::Driver::simulated) {
+    for (const brdf::Rgb& patch : sim::hidden_chart()) {
+      settings.chart.linear_srgb.emplace_back(patch.matrix());
+    }
+  }
+  return settings;
+}
+
+std::map<std::string, std::string> serials_of(OpenedRig& rig) {
+  std::map<std::string, std::string> serials;
+  for (const DeviceIdentity& each : rig.identities()) serials[each.device] = each.identity;
+  return serials;
+}
+
+}  // namespace gonio::cli

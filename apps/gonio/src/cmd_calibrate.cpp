@@ -1,0 +1,193 @@
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "asking_changer.h"
+#include "calibration_setup.h"
+#include "command.h"
+#include "gonio/calibration/result/step_refused.h"
+#include "gonio/calibration/routine/routine.h"
+#include "gonio/console/suggest.h"
+#include "gonio/errors/errors.h"
+#include "gonio/opened_rig/opened_rig.h"
+#include "gonio/setup/simulated_rig.h"
+#include "json_text.h"
+
+namespace gonio::cli {
+namespace {
+
+namespace routine = calibration::routine;
+
+struct CalibrateOptions {
+  std::string rig;
+  std::string out;
+  std::vector<std::string> only;
+  std::optional<std::uint64_t> seed;
+  bool redo = false;
+  bool list = false;
+  bool yes = false;
+  bool json = false;
+};
+
+instrument::UtcSeconds now_utc() {
+  return std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+}
+
+std::vector<std::string> step_names() {
+  std::vector<std::string> names;
+  for (const auto& step : instrument::calibration_steps()) names.emplace_back(step.name);
+  return names;
+}
+
+std::string state_text(const routine::Routine& calibration, const std::string& step) {
+  const auto state = calibration.state_of(step);
+  const instrument::StepResult* result = instrument::find_result(calibration.archive(), step);
+  if (state != instrument::StepState::valid || result == nullptr) {
+    return std::string(instrument::to_string(state));
+  }
+  return fmt::format("valid until {:%F}", result->valid_until);
+}
+
+/// Where the steps stand: what a person sees at the end.
+std::string table(const routine::Routine& calibration) {
+  std::string text;
+  for (const auto& step : instrument::calibration_steps()) {
+    text += fmt::format("{:<16} {:<22} {}\n", step.name,
+                        state_text(calibration, std::string(step.name)), step.finds);
+  }
+  return text;
+}
+
+nlohmann::ordered_json as_json(const routine::Routine& calibration) {
+  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+  for (const std::string& step : step_names()) {
+    nlohmann::ordered_json each{{"step", step},
+                                {"state", instrument::to_string(calibration.state_of(step))}};
+    if (const auto* result = instrument::find_result(calibration.archive(), step)) {
+      each["valid_until_utc_s"] = result->valid_until.time_since_epoch().count();
+      for (const auto& parameter : result->parameters) {
+        const auto i = &parameter - result->parameters.data();
+        each["parameters"][parameter.name] = {{"value", parameter.value},
+                                              {"unit", parameter.unit},
+                                              {"sigma", std::sqrt(result->covariance(i, i))}};
+      }
+      for (const auto& check : result->checks) {
+        each["checks"][check.name] = {{"found", check.found}, {"limit", check.limit}};
+      }
+    }
+    steps.push_back(std::move(each));
+  }
+  return {{"complete", !calibration.archive().instrument_sha256.empty()}, {"steps", steps}};
+}
+
+void require_steps(const std::vector<std::string>& steps) {
+  const std::vector<std::string> known = step_names();
+  for (const std::string& step : steps) {
+    if (std::find(known.begin(), known.end(), step) != known.end()) continue;
+    throw UsageError(fmt::format("--only: no calibration step is called \"{}\"{}", step,
+                                 did_you_mean(step, known)),
+                     "--list names them all");
+  }
+}
+
+/// What is to be done: what was named, or all that is not valid, in order.
+std::vector<std::string> steps_wanted(const routine::Routine& calibration,
+                                      const CalibrateOptions& options) {
+  std::vector<std::string> wanted;
+  for (const std::string& step : step_names()) {
+    const bool named =
+        std::find(options.only.begin(), options.only.end(), step) != options.only.end();
+    const bool all = options.only.empty() &&
+                     (options.redo || calibration.state_of(step) != instrument::StepState::valid);
+    if (named || all) wanted.push_back(step);
+  }
+  return wanted;
+}
+
+int calibrate(Context& context, const CalibrateOptions& options) {
+  const Console& console = context.console;
+  require_steps(options.only);
+  const RigFile rig = read_rig_file(options.rig);
+  const bool simulated = rig.driver == RigFile::Driver::simulated;
+  if (options.yes && !simulated) {
+    throw UsageError("--yes: nobody would mount the targets",
+                     "leave it out and follow the prompts");
+  }
+  if (options.seed && !simulated) throw UsageError("--seed: a rig of metal has no world to draw");
+  if (rig.kind != RigFile::Kind::la2) {
+    throw UsageError(options.rig + ": rig.type: found \"chains\", expected \"la2\"",
+                     "the calibration routine knows the reference rig only");
+  }
+  const auto opened = open_rig(rig, Parts::all, context.stop, options.seed.value_or(1));
+  const auto calibration = blame(options.out, [&] {
+    return std::make_unique<routine::Routine>(nominal_instrument(rig), calibration_settings(rig),
+                                              routine::Folder{options.out}, serials_of(*opened),
+                                              now_utc);
+  });
+  const auto finish = [&](int code) {
+    if (options.json) {
+      console.result(json_text(as_json(*calibration)));
+    } else {
+      console.result(table(*calibration));
+    }
+    return code;
+  };
+  if (options.list) return finish(kSuccess);
+
+  AskingChanger person(opened->devices().changer, std::nullopt);
+  acquisition::DeviceSet devices = opened->devices();
+  if (!options.yes || !simulated) devices.changer = &person;
+  const std::vector<std::string> wanted = steps_wanted(*calibration, options);
+  Progress progress(console, "calibrating");
+  int code = kSuccess;
+  for (std::size_t i = 0; i < wanted.size() && code == kSuccess; ++i) {
+    context.check_stop();
+    const PhaseTimer timer(console, wanted[i]);
+    const auto show = [&](const routine::Progress& now) {
+      progress.update((static_cast<double>(i) + now.fraction) / static_cast<double>(wanted.size()),
+                      fmt::format("{}: {}", now.step, now.what));
+    };
+    try {
+      calibration->take(wanted[i], devices, show, context.stop);
+    } catch (const calibration::StepRefused& refused) {
+      console.error(wanted[i] + ": " + refused.what(),
+                    fmt::format("nothing of it was kept; mend it, then the same command goes on "
+                                "with {}",
+                                wanted[i]));
+      code = kDoNotTrust;
+    } catch (const std::invalid_argument& error) {
+      throw UsageError(error.what());  // a step named by --only whose inputs are missing
+    }
+  }
+  opened->require_safe();
+  if (code == kSuccess && !calibration->archive().instrument_sha256.empty()) {
+    console.say(fmt::format("{}: calibrated; use it with --calibration {}", options.out,
+                            routine::Folder{options.out}.instrument().string()));
+  }
+  return finish(code);
+}
+
+}  // namespace
+
+void add_calibrate(const Command& root) {
+  auto options = std::make_shared<CalibrateOptions>();
+  const Command command =
+      root.add("calibrate", "Find a rig's constants step by step, with their uncertainty",
+               "gonio calibrate rigs/uncalibrated.toml --out calibration --yes");
+  command.text("RIG", options->rig, "Rig file", Need::required);
+  command.text("--out", options->out,
+               "Folder of the calibration; one that is there is gone on with", Need::required);
+  command.texts("--only", options->only, "Take these steps alone, valid or not");
+  command.flag("--redo", options->redo, "Take all steps again");
+  command.flag("--list", options->list, "Say where the steps stand; take none");
+  command.seed(options->seed, "Of the simulated world (default 1)");
+  command.flag("--yes", options->yes, "A simulated rig changes its targets by itself");
+  command.flag("--json", options->json, "Print JSON");
+  command.on_call(options, calibrate);
+}
+
+}  // namespace gonio::cli

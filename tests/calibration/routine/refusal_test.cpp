@@ -1,0 +1,171 @@
+// What a careless operator, a dead lamp or a bad disk do: refused with the reason, and the folder
+// is as it was.
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <fstream>
+
+#include "gonio/calibration/result/step_refused.h"
+#include "gonio/errors/errors.h"
+#include "gonio/files/text_file.h"
+#include "hidden_bench.h"
+#include "temporary_folder.h"
+
+namespace gonio::calibration::routine {
+namespace {
+
+using devices::Target;
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+/// Puts another target into the holder than it is asked for.
+class CarelessChanger final : public devices::TargetChanger {
+ public:
+  CarelessChanger(devices::TargetChanger& real, Target asked, Target given)
+      : real_(real), asked_(asked), given_(given) {}
+  const std::string& name() const override { return real_.name(); }
+  Target mounted() const override { return believed_; }
+  void mount(Target target) override {
+    real_.mount(target == asked_ ? given_ : target);
+    believed_ = target;
+  }
+
+ private:
+  devices::TargetChanger& real_;
+  Target asked_;
+  Target given_;
+  Target believed_ = Target::sample;
+};
+
+/// Says that it is lit and is not.
+class DeadLamp final : public devices::LightSource {
+ public:
+  explicit DeadLamp(devices::LightSource& real) : real_(real) {}
+  const std::string& name() const override { return real_.name(); }
+  std::vector<devices::LightChannel> channels() const override { return real_.channels(); }
+  void light(const std::string&) override {}
+  void close_shutter() noexcept override { real_.close_shutter(); }
+
+ private:
+  devices::LightSource& real_;
+};
+
+class Refusal : public ::testing::Test {
+ protected:
+  Routine routine() const {
+    return Routine(test::HiddenBench::nominal(sim::HiddenImage::small),
+                   test::HiddenBench::settings(), {folder_.path() / "cal"}, {{"camera", "sim"}},
+                   [] { return instrument::UtcSeconds(std::chrono::seconds(1'700'000'000)); });
+  }
+
+  /// The step is refused, saying `why`, and leaves neither result nor file.
+  void expect_refused(test::HiddenBench& bench, const std::string& step, const std::string& why) {
+    Routine calibration = routine();
+    for (const char* before : {"darks", "bad_pixels"}) {
+      if (step == "intrinsics") calibration.take(before, bench.devices, {}, {});
+    }
+    const std::size_t results = calibration.archive().results.size();
+    EXPECT_THAT([&] { calibration.take(step, bench.devices, {}, {}); },
+                ThrowsMessage<StepRefused>(HasSubstr(why)))
+        << step;
+    EXPECT_EQ(calibration.archive().results.size(), results);
+    EXPECT_EQ(calibration.state_of(step), instrument::StepState::missing);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(Refusal, OfAWhiteWhereTheMirrorShouldBe) {
+  test::HiddenBench bench(3);
+  CarelessChanger changer(*bench.devices.changer, Target::mirror, Target::white);
+  bench.devices.changer = &changer;
+  expect_refused(bench, "homing", "is the mirror in the holder");
+}
+
+TEST_F(Refusal, OfATrapWhereTheWhiteShouldBe) {
+  test::HiddenBench bench(3);
+  CarelessChanger changer(*bench.devices.changer, Target::white, Target::black_trap);
+  bench.devices.changer = &changer;
+  Routine calibration = routine();
+  calibration.take("darks", bench.devices, {}, {});
+  EXPECT_THROW(calibration.take("linearity", bench.devices, {}, {}), StepRefused);
+  EXPECT_EQ(calibration.state_of("linearity"), instrument::StepState::missing);
+}
+
+TEST_F(Refusal, OfAWhiteWhereTheBoardShouldBe) {
+  test::HiddenBench bench(3);
+  CarelessChanger changer(*bench.devices.changer, Target::board, Target::white);
+  bench.devices.changer = &changer;
+  expect_refused(bench, "intrinsics", "no marker");
+}
+
+TEST_F(Refusal, OfABoardThatIsHalfHidden) {
+  sim::SimOptions options = test::HiddenBench::options_with_board(3, sim::HiddenImage::small);
+  const int columns = options.scene.board.columns;
+  for (std::size_t cell = 0; cell < options.scene.board.white.size(); ++cell) {
+    if (static_cast<int>(cell) % columns > columns / 2) options.scene.board.white[cell] = true;
+  }
+  test::HiddenBench bench(options);
+  expect_refused(bench, "intrinsics", "is part of it hidden");
+}
+
+TEST_F(Refusal, OfALampThatIsOff) {
+  test::HiddenBench bench(3);
+  DeadLamp lamp(*bench.devices.light);
+  bench.devices.light = &lamp;
+  expect_refused(bench, "homing", "is the lamp on");
+}
+
+TEST_F(Refusal, OfFramesThatAreSaturatedAtTheShortestExposure) {
+  sim::SimOptions options = test::HiddenBench::options_with_board(3, sim::HiddenImage::small);
+  options.camera.min_exposure = std::chrono::milliseconds(200);
+  test::HiddenBench bench(options);
+  expect_refused(bench, "warm_up", "saturated");
+}
+
+TEST_F(Refusal, OfAFolderThatIsNoLongerWhatItWas) {
+  test::HiddenBench bench(3);
+  routine().take("darks", bench.devices, {}, {});
+  const Folder folder{folder_.path() / "cal"};
+  const std::string archive = files::read_text_file(folder.archive(), 1U << 24U);
+
+  const auto raw = *std::filesystem::directory_iterator(folder.path / "raw");
+  const std::string seen = files::read_text_file(raw.path(), 1U << 24U);
+  std::ofstream(raw.path()) << seen << ' ';
+  EXPECT_THAT([&] { routine(); }, ThrowsMessage<DataFormatError>(HasSubstr("darks-")));
+  std::filesystem::remove(raw.path());
+  EXPECT_THROW(routine(), std::runtime_error);
+  std::ofstream(raw.path()) << seen;
+  EXPECT_NO_THROW(routine());
+
+  std::ofstream(folder.archive()) << archive.substr(0, archive.size() / 2);
+  EXPECT_THAT([&] { routine(); }, ThrowsMessage<DataFormatError>(HasSubstr("calibration.json")));
+}
+
+TEST_F(Refusal, OfAFolderOfOtherDevices) {
+  test::HiddenBench bench(3);
+  routine().take("darks", bench.devices, {}, {});
+  EXPECT_THAT(
+      [&] {
+        Routine(test::HiddenBench::nominal(sim::HiddenImage::small), test::HiddenBench::settings(),
+                {folder_.path() / "cal"}, {{"camera", "another"}},
+                [] { return instrument::UtcSeconds(std::chrono::seconds(1'700'000'000)); });
+      },
+      ThrowsMessage<std::invalid_argument>(HasSubstr("with other devices")));
+}
+
+TEST_F(Refusal, OfAStepBeforeTheOnesItNeeds) {
+  test::HiddenBench bench(3);
+  Routine calibration = routine();
+  EXPECT_THAT([&] { calibration.take("stage_axes", bench.devices, {}, {}); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("take that step first")));
+  // A result that is gone takes those after it along.
+  calibration.take("darks", bench.devices, {}, {});
+  calibration.take("linearity", bench.devices, {}, {});
+  calibration.take("darks", bench.devices, {}, {});
+  EXPECT_EQ(calibration.state_of("linearity"), instrument::StepState::stale);
+}
+
+}  // namespace
+}  // namespace gonio::calibration::routine
