@@ -9,10 +9,10 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::vector<std::string> kSubcommands{"demo",        "materials", "train",    "plan",
-                                            "rig",         "measure",   "status",   "reduce",
-                                            "reconstruct", "sample",    "evaluate", "compare",
-                                            "convert",     "render",    "report",   "completion"};
+const std::vector<std::string> kSubcommands{
+    "demo",     "materials", "train",   "plan",   "rig",         "calibrate",
+    "align",    "measure",   "status",  "reduce", "reconstruct", "sample",
+    "evaluate", "compare",   "convert", "render", "report",      "completion"};
 
 TEST(CommandLine, ExplainsEverySubcommandWithAnExample) {
   const TemporaryFolder folder;

@@ -7,7 +7,10 @@
 #include "directions_input.h"
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/errors/errors.h"
+#include "gonio/files/sha256.h"
 #include "gonio/files/text_file.h"
+#include "gonio/instrument/alignment.h"
+#include "gonio/instrument/calibration_file.h"
 #include "gonio/setup/simulated_rig.h"
 #include "plan_file.h"
 #include "planning.h"
@@ -24,6 +27,8 @@ struct MeasureOptions {
   std::string plan;
   std::string out;
   std::string calibration;
+  std::string alignment;
+  bool accept_calibration = false;
   std::string material;
   SessionLabels labels;
   std::optional<std::uint64_t> seed;
@@ -64,6 +69,20 @@ void set_sample(SessionSetup& session, const MeasureOptions& options) {
   session.material_name = named.name;
 }
 
+/// Puts the sample's frame where `gonio align` has found it.
+void align_instrument(instrument::Instrument& instrument, const MeasureOptions& options) {
+  if (options.alignment.empty()) return;
+  const instrument::Alignment alignment = instrument::read_alignment(options.alignment);
+  const std::string sha256 = files::sha256_of_bytes(instrument::to_json(instrument));
+  if (alignment.instrument_sha256 != sha256 && !options.accept_calibration) {
+    throw UsageError(fmt::format("{}: was made with other constants ({:.8}) than this session's "
+                                 "({:.8})",
+                                 options.alignment, alignment.instrument_sha256, sha256),
+                     "align again, or --accept-calibration to use it all the same");
+  }
+  instrument = instrument::aligned(instrument, alignment);
+}
+
 int measure(Context& context, const MeasureOptions& options) {
   const Console& console = context.console;
   if (options.out.empty() && !options.dry_run) throw UsageError("--out is required, or --dry-run");
@@ -77,6 +96,9 @@ int measure(Context& context, const MeasureOptions& options) {
   SessionSetup session;
   session.rig = read_rig_file(options.rig);
   session.instrument = instrument_of(session.rig, options.calibration);
+  session.calibration = calibration_in_use(session.rig, options.calibration);
+  session.accept_calibration = options.accept_calibration;
+  align_instrument(session.instrument, options);
   const rig::Inverse inverse(session.instrument.rig, session.rig.branches);
   if (std::filesystem::exists(options.plan) && has_poses(options.plan, session.instrument.rig)) {
     session.plan = read_poses(options.plan, session.instrument.rig);
@@ -143,6 +165,9 @@ void add_measure(const Command& root) {
   command.text("--out", options->out, "Session archive to create");
   command.flag("--dry-run", options->dry_run, "Check and show the plan; move nothing");
   command.text("--calibration", options->calibration, "Instrument constants");
+  command.text("--alignment", options->alignment, "How the sample lies, from gonio align");
+  command.flag("--accept-calibration", options->accept_calibration,
+               "Go on with a calibration or alignment that would be refused");
   command.text("--material", options->material,
                "What lies on a simulated rig: a material file or builtin:NAME");
   command.label("--sample-id", options->labels.sample_id, "Stored with the session");

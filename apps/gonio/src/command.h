@@ -109,6 +109,7 @@ void add_train(const Command& root);
 void add_plan(const Command& root);
 void add_rig(const Command& root);
 void add_calibrate(const Command& root);
+void add_align(const Command& root);
 void add_measure(const Command& root);
 void add_devices(const Command& root);
 void add_home(const Command& root);

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "asking_changer.h"
+#include "calibration_setup.h"
 #include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
@@ -47,6 +48,14 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
       {"white_reference", session.instrument.white.id},
       {"provenance_started_utc",
        fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
+  if (session.calibration) {
+    metadata.insert(session.calibration->metadata.begin(), session.calibration->metadata.end());
+    std::string despite;
+    for (const std::string& reason : session.calibration->reasons) {
+      despite += (despite.empty() ? "" : "; ") + reason;
+    }
+    if (!despite.empty()) metadata["calibration_accepted_despite"] = despite;
+  }
   if (session.simulated) {
     metadata["simulated_material"] = session.material_name;
     metadata["seed"] = std::to_string(session.seed);
@@ -58,7 +67,21 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
   return metadata;
 }
 
+/// Throws UsageError for a calibration that should not be used and was not accepted.
+void require_calibration(const SessionSetup& session) {
+  if (!session.calibration || session.accept_calibration) return;
+  if (session.calibration->reasons.empty()) return;
+  std::string reasons;
+  for (const std::string& reason : session.calibration->reasons) {
+    reasons += (reasons.empty() ? "" : "; ") + reason;
+  }
+  throw UsageError("calibration: " + reasons,
+                   "gonio calibrate takes the steps again; --accept-calibration goes on all the "
+                   "same, and the session says so");
+}
+
 void check(const acquisition::DeviceSet& devices, const SessionSetup& session) {
+  require_calibration(session);
   try {
     acquisition::check_before_motion(devices, session.instrument, session.plan,
                                      session.rig.session);
@@ -86,12 +109,15 @@ void check_session(const SessionSetup& session) {
   check(rig->devices(), session);
 }
 
-acquisition::SessionResult run_session(const Console& console, const SessionSetup& session,
+acquisition::SessionResult run_session(const Console& console, SessionSetup session,
                                        std::stop_token stop) {
   // What can be refused is refused before a device is opened.
   if (!session.simulated) check_session(session);
   const auto rig = session.simulated ? open_simulated(session)
                                      : open_hardware_rig(session.rig, Parts::all, stop);
+  // A world in this process may stand in for a rig of metal, whose devices it is not.
+  const bool own_devices = !session.simulated || session.rig.driver == RigFile::Driver::simulated;
+  if (session.calibration && own_devices) compare_serials(*session.calibration, serials_of(*rig));
   AskingChanger person(rig->devices().changer, devices::Target::sample);
   const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
   check(devices, session);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <stop_token>
 #include <string>
 
+#include "calibration_use.h"
 #include "gonio/acquisition/session.h"
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/console/console.h"
@@ -32,7 +34,9 @@ struct SessionSetup {
   std::uint64_t seed = 1;  ///< of the simulated world
   SessionLabels labels;
   std::filesystem::path archive;  ///< folder to create
-  bool ask_person = false;        ///< white placement manual: ask at the terminal
+  std::optional<CalibrationUse> calibration;
+  bool accept_calibration = false;  ///< also one that should not be used
+  bool ask_person = false;          ///< white placement manual: ask at the terminal
 };
 
 /// The check before anything moves, alone, on a simulated rig even for one of metal: nothing is
@@ -40,8 +44,9 @@ struct SessionSetup {
 void check_session(const SessionSetup& session);
 
 /// Checks and runs it; progress goes to the console. A session that is refused before anything
-/// moved leaves no archive and throws UsageError.
-acquisition::SessionResult run_session(const Console& console, const SessionSetup& session,
+/// moved leaves no archive and throws UsageError; so is one whose calibration is expired, stale or
+/// another rig's, unless it is accepted.
+acquisition::SessionResult run_session(const Console& console, SessionSetup session,
                                        std::stop_token stop = {});
 
 /// A finished or killed session with what it was made with.

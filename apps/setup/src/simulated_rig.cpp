@@ -176,11 +176,15 @@ instrument::Instrument nominal_instrument(const RigFile& file) {
   return known;
 }
 
+std::filesystem::path calibration_place(const RigFile& file, const std::string& calibration) {
+  if (!calibration.empty()) return calibration;
+  if (file.calibration.empty()) return {};
+  return file.path.parent_path() / file.calibration;
+}
+
 instrument::Instrument instrument_of(const RigFile& file, const std::string& calibration) {
-  std::filesystem::path path = calibration;
-  if (path.empty() && !file.calibration.empty()) {
-    path = file.path.parent_path() / file.calibration;
-  }
+  std::filesystem::path path = calibration_place(file, calibration);
+  if (std::filesystem::is_directory(path)) path /= "instrument.json";
   if (path.empty()) return nominal_instrument(file);
   instrument::Instrument known = instrument::read_calibration(path);
   known.rig = narrower_rig(known.rig, path, file.rig, file.path);

@@ -28,6 +28,10 @@ sim::SimOptions simulated_world(const RigFile& file,
 /// The constants an operator of the nominal rig would know, without a calibration.
 instrument::Instrument nominal_instrument(const RigFile& file);
 
+/// Where the calibration lies that is named on the command line, else in the rig file: a file of
+/// constants, or a folder of `gonio calibrate`, whose instrument.json they are. Empty: none.
+std::filesystem::path calibration_place(const RigFile& file, const std::string& calibration);
+
 /// The calibration file named on the command line, else in the rig file, else nominal constants;
 /// limits and keep-outs of the rig file hold besides the calibration's (narrower_rig(), whose
 /// UsageError it throws).

@@ -1,0 +1,118 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "asking_changer.h"
+#include "calibration_setup.h"
+#include "command.h"
+#include "gonio/calibration/result/step_refused.h"
+#include "gonio/calibration/routine/sample_alignment.h"
+#include "gonio/files/sha256.h"
+#include "gonio/instrument/alignment.h"
+#include "gonio/instrument/calibration_file.h"
+#include "gonio/opened_rig/opened_rig.h"
+#include "gonio/setup/simulated_rig.h"
+#include "materials_input.h"
+
+namespace gonio::cli {
+namespace {
+
+struct AlignOptions {
+  std::string rig;
+  std::string calibration;
+  std::string out;
+  std::string material;
+  std::string sample;
+  double seat_sigma_deg = 0.0;
+  std::optional<std::uint64_t> seed;
+  bool yes = false;
+  bool force = false;
+};
+
+/// A simulated rig with the material on it, or the one of metal.
+std::unique_ptr<OpenedRig> open_with_sample(const Context& context, const RigFile& rig,
+                                            const AlignOptions& options) {
+  if (rig.driver == RigFile::Driver::hardware) {
+    if (!options.material.empty()) {
+      throw UsageError("--material: what lies on a rig of metal cannot be chosen here");
+    }
+    if (options.seed) throw UsageError("--seed: a rig of metal has no world to draw");
+    if (options.yes) throw UsageError("--yes: nobody would mount the sample");
+    return open_hardware_rig(rig, Parts::all, context.stop);
+  }
+  const std::string material = options.material.empty() ? rig.material : options.material;
+  if (material.empty()) {
+    throw UsageError("nothing lies on the simulated rig",
+                     "give --material FILE or --material builtin:NAME");
+  }
+  return open_simulated_rig(
+      simulated_world(rig, load_sample(named_material(material)).model, options.seed.value_or(1)));
+}
+
+int align(Context& context, const AlignOptions& options) {
+  const Console& console = context.console;
+  files::require_creatable(options.out, overwrite(options.force));
+  const KnownRig known = known_rig(options.rig, options.calibration);
+  instrument::Alignment alignment;
+  alignment.sample = options.sample;
+  alignment.instrument_sha256 = files::sha256_of_bytes(instrument::to_json(known.constants));
+  if (options.seat_sigma_deg > 0.0) {
+    alignment.method = "seat";
+    const double sigma = Angle::from_degrees(options.seat_sigma_deg).radians();
+    alignment.covariance = sigma * sigma * Eigen::Matrix2d::Identity();
+  } else {
+    const auto opened = open_with_sample(context, known.file, options);
+    AskingChanger person(opened->devices().changer, std::nullopt);
+    acquisition::DeviceSet devices = opened->devices();
+    if (!options.yes) devices.changer = &person;
+    alignment.method = "highlight";
+    try {
+      Progress progress(console, "aligning");
+      const auto found = calibration::routine::align_sample(
+          devices, known.constants, calibration_settings(known.file),
+          [&](const std::string& what, double fraction) { progress.update(fraction, what); },
+          context.stop);
+      alignment.tilt_x = found.normal.tilt_x;
+      alignment.tilt_y = found.normal.tilt_y;
+      alignment.covariance = found.normal.covariance;
+    } catch (const calibration::StepRefused& refused) {
+      console.error(refused.what(),
+                    "nothing was written; a matte sample is aligned by its seat: --seat-sigma DEG");
+      return kDoNotTrust;
+    }
+    opened->require_safe();
+  }
+  instrument::write_alignment(options.out, alignment, overwrite(options.force));
+  console.result(fmt::format(
+      "tilt about x {:+.4f} +- {:.4f} deg, about y {:+.4f} +- {:.4f} deg ({})\n",
+      alignment.tilt_x.degrees(),
+      Angle::from_radians(std::sqrt(alignment.covariance(0, 0))).degrees(),
+      alignment.tilt_y.degrees(),
+      Angle::from_radians(std::sqrt(alignment.covariance(1, 1))).degrees(), alignment.method));
+  return kSuccess;
+}
+
+}  // namespace
+
+void add_align(const Command& root) {
+  auto options = std::make_shared<AlignOptions>();
+  const Command command = root.add(
+      "align", "Find how a mounted sample lies, from its own highlight",
+      "gonio align rig.toml --calibration calibration/instrument.json --out alignment.json");
+  command.text("RIG", options->rig, "Rig file", Need::required);
+  command.text("--calibration", options->calibration, "Instrument constants of the rig");
+  command.text("--out", options->out, "Alignment to write (JSON), for measure --alignment",
+               Need::required);
+  command.label("--sample-id", options->sample, "Stored with the alignment");
+  command.number("--seat-sigma", options->seat_sigma_deg, 0.0, 5.0,
+                 "Of a matte sample that lies on the datum: how far its normal may lean, deg; "
+                 "nothing is looked at");
+  command.text("--material", options->material,
+               "What lies on a simulated rig: a material file or builtin:NAME");
+  command.seed(options->seed, "Of the simulated world (default 1)");
+  command.flag("--yes", options->yes, "A simulated rig mounts its sample by itself");
+  command.force(options->force);
+  command.on_call(options, align);
+}
+
+}  // namespace gonio::cli

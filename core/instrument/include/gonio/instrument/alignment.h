@@ -1,0 +1,40 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <string>
+
+#include "gonio/files/atomic_file.h"
+#include "gonio/instrument/instrument.h"
+
+namespace gonio::instrument {
+
+/// How one mounted sample lies on a calibrated rig.
+struct Alignment {
+  /// The sample's normal is z of the rig's sample frame turned by the rotation vector
+  /// (tilt_x, tilt_y, 0).
+  Angle tilt_x;
+  Angle tilt_y;
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of (tilt_x, tilt_y), rad^2
+  std::string method;                                    ///< "highlight" or "seat"
+  std::string sample;                                    ///< free text, no newline
+  std::string instrument_sha256;  ///< of the constants it was made with: to_json(Instrument)
+
+  /// Throws std::invalid_argument naming the field: an angle beyond 20 deg, a covariance that is
+  /// none, another method, a checksum that is none.
+  void validate() const;
+};
+
+/// The instrument with the sample's frame on its true normal, and what is left uncertain of it.
+/// The rotation is about the origin of the sample's frame.
+Instrument aligned(const Instrument& instrument, const Alignment& alignment);
+
+/// JSON, format "gonio-alignment" (docs/formats.md); numbers read back exactly.
+std::string to_json(const Alignment& alignment);
+/// Throws DataFormatError (path, key, found, expected).
+Alignment alignment_from_json(const std::string& text, const std::filesystem::path& place);
+Alignment read_alignment(const std::filesystem::path& path);
+void write_alignment(const std::filesystem::path& path, const Alignment& alignment,
+                     files::Overwrite overwrite = files::Overwrite::No);
+
+}  // namespace gonio::instrument
