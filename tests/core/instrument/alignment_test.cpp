@@ -41,7 +41,7 @@ TEST(Alignment, ReadsBackAsItWasWritten) {
 }
 
 TEST(Alignment, TurnsTheSamplesNormal) {
-  const Instrument before = test::example_instrument();
+  const Instrument before = example_instrument();
   const Instrument after = aligned(before, example());
   // A turn about x moves the normal towards -y, one about y towards +x.
   const Eigen::Vector3d normal =
