@@ -11,6 +11,7 @@
 #include "command.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/calibration/routine/routine.h"
+#include "gonio/calibration_report/calibration_report.h"
 #include "gonio/console/suggest.h"
 #include "gonio/errors/errors.h"
 #include "gonio/opened_rig/opened_rig.h"
@@ -108,6 +109,23 @@ std::vector<std::string> steps_wanted(const routine::Routine& calibration,
   return wanted;
 }
 
+/// CAL/report.html: what a person looks at before trusting the numbers.
+void write_report(const routine::Routine& calibration, const routine::Folder& folder,
+                  const RigFile& rig, std::vector<calibration_report::RefusedStep> refused) {
+  if (calibration.archive().results.empty()) return;
+  calibration_report::CalibrationReportData data;
+  data.rig = rig.rig.name;
+  data.archive = calibration.archive();
+  data.observations = calibration_report::read_observations(data.archive, folder);
+  data.findings = calibration.findings();
+  data.nominal = nominal_instrument(rig);
+  data.found = calibration.instrument();
+  data.now = now_utc();
+  data.refused = std::move(refused);
+  files::write_text_file(folder.path / "report.html", calibration_report::html(data),
+                         files::Overwrite::Yes);
+}
+
 int calibrate(Context& context, const CalibrateOptions& options) {
   const Console& console = context.console;
   require_steps(options.only);
@@ -144,6 +162,7 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   const std::vector<std::string> wanted = steps_wanted(*calibration, options);
   Progress progress(console, "calibrating");
   int code = kSuccess;
+  std::vector<calibration_report::RefusedStep> refusals;
   for (std::size_t i = 0; i < wanted.size() && code == kSuccess; ++i) {
     context.check_stop();
     const PhaseTimer timer(console, wanted[i]);
@@ -158,15 +177,18 @@ int calibrate(Context& context, const CalibrateOptions& options) {
                     fmt::format("nothing of it was kept; mend it, then the same command goes on "
                                 "with {}",
                                 wanted[i]));
+      refusals.push_back({wanted[i], refused.what()});
       code = kDoNotTrust;
     } catch (const std::invalid_argument& error) {
       throw UsageError(error.what());  // a step named by --only whose inputs are missing
     }
   }
   opened->require_safe();
+  const routine::Folder folder{options.out};
+  write_report(*calibration, folder, rig, std::move(refusals));
   if (code == kSuccess && !calibration->archive().instrument_sha256.empty()) {
-    console.say(fmt::format("{}: calibrated; use it with --calibration {}", options.out,
-                            routine::Folder{options.out}.instrument().string()));
+    console.say(fmt::format("{}: calibrated; look at {}, then measure with --calibration {}",
+                            options.out, (folder.path / "report.html").string(), options.out));
   }
   return finish(code);
 }

@@ -1,0 +1,91 @@
+// `gonio calibrate` and what sessions make of its folder.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "gonio/files/text_file.h"
+#include "workflow.h"
+
+namespace gonio {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr std::size_t kEnough = 1U << 24U;
+
+class Calibrate : public Workflow {
+ protected:
+  /// A hidden world on few pixels: enough for the steps that look at no target's shape.
+  void SetUp() override {
+    Workflow::SetUp();
+    folder.write("rig.toml", kSmallRig + "[simulation]\nhidden = true\n");
+  }
+};
+
+TEST_F(Calibrate, TakesStepsAloneAndGoesOnFromItsFolder) {
+  run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks", "warm_up"});
+  const Ended list = run({"calibrate", "rig.toml", "--out", "cal", "--list", "--json"});
+  const auto document = nlohmann::json::parse(list.out);
+  EXPECT_FALSE(document["complete"].get<bool>());
+  for (const auto& step : document["steps"]) {
+    const bool taken = step["step"] == "darks" || step["step"] == "warm_up";
+    EXPECT_EQ(step["state"], taken ? "valid" : "missing") << step["step"];
+  }
+  EXPECT_THAT(files::read_text_file(folder.path() / "cal" / "report.html", kEnough),
+              HasSubstr("darks"));
+}
+
+TEST_F(Calibrate, SaysWhatIsWrongWithTheCommand) {
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "cal", "--only", "drks"}, 2).error,
+              HasSubstr("did you mean \"darks\"?"));
+  EXPECT_THAT(
+      run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "stage_axes"}, 2).error,
+      HasSubstr("take that step first"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "cal" / "calibration.json"));
+}
+
+TEST_F(Calibrate, NobodyMountingATargetEndsIt) {
+  // Standard input is at its end.
+  EXPECT_NE(run_gonio({"calibrate", "rig.toml", "--out", "cal", "--only", "warm_up"}, folder.path())
+                .exit_code,
+            0);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "cal" / "calibration.json"));
+}
+
+TEST_F(Calibrate, ASessionRefusesAnIncompleteCalibrationUnlessToldOtherwise) {
+  run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks"});
+  // Constants of any origin put beside it.
+  run({"calibrate", "rig.toml", "--out", "cal", "--list"});
+  const std::vector<std::string> measure{
+      "measure", "rig.toml", "--plan",  "list.csv",   "--calibration",
+      "cal",     "--out",    "session", "--material", "builtin:grey-abs"};
+  const Ended refused = run(measure, 2);
+  EXPECT_THAT(refused.error, HasSubstr("cal"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "session"));
+}
+
+TEST_F(Calibrate, AMatteSampleIsAlignedByItsSeat) {
+  run({"align", "rig.toml", "--out", "a.json", "--seat-sigma", "0.1", "--sample-id", "A17"});
+  const auto document =
+      nlohmann::json::parse(files::read_text_file(folder.path() / "a.json", kEnough));
+  EXPECT_EQ(document["method"], "seat");
+  EXPECT_EQ(document["sample"], "A17");
+  run({"measure", "rig.toml", "--plan", "list.csv", "--alignment", "a.json", "--material",
+       "builtin:grey-abs", "--dry-run"});
+  // Constants that are others than those it was aligned with.
+  folder.write("rig.toml",
+               kSmallRig + "[white]\nu_relative = 0.01\n[simulation]\nhidden = false\n");
+  EXPECT_THAT(run({"measure", "rig.toml", "--plan", "list.csv", "--alignment", "a.json",
+                   "--material", "builtin:grey-abs", "--dry-run"},
+                  2)
+                  .error,
+              HasSubstr("was made with other constants"));
+  run({"measure", "rig.toml", "--plan", "list.csv", "--alignment", "a.json", "--material",
+       "builtin:grey-abs", "--dry-run", "--accept-calibration"});
+}
+
+}  // namespace
+}  // namespace gonio
