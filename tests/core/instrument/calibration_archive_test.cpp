@@ -131,7 +131,7 @@ TEST(CalibrationArchive, RefusesResultsThatAreNone) {
   refused([](StepResult& r) { r.step = "darkness"; }, "no step of that name");
   refused([](StepResult& r) { r.checks[0].found = 2.0 * r.checks[0].limit + 1.0; },
           "only what passed is kept");
-  refused([](StepResult& r) { r.inputs.clear(); }, "inputs: found 0, expected 1");
+  refused([](StepResult& r) { r.inputs.clear(); }, "inputs: found 0, expected 2");
   refused([](StepResult& r) { r.inputs["white"] = std::string(64, 'b'); },
           "does not use \"white\"");
   refused([](StepResult& r) { r.inputs["darks"] = "b"; }, "64 hexadecimal");
