@@ -6,6 +6,7 @@
 
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/calibration/board/board_spec.h"
+#include "gonio/console/failures.h"
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/setup/white_certificate.h"
 #include "gonio/sim/angular_white.h"
@@ -184,7 +185,16 @@ std::filesystem::path calibration_place(const RigFile& file, const std::string& 
 
 instrument::Instrument instrument_of(const RigFile& file, const std::string& calibration) {
   std::filesystem::path path = calibration_place(file, calibration);
-  if (std::filesystem::is_directory(path)) path /= "instrument.json";
+  if (std::filesystem::is_directory(path)) {
+    const std::filesystem::path folder = path;
+    path /= "instrument.json";
+    if (!std::filesystem::exists(path)) {
+      throw UsageError(folder.string() +
+                           ": found a folder without instrument.json, expected a file "
+                           "of constants or a calibration whose steps have all passed",
+                       "gonio calibrate RIG --out FOLDER takes the steps that are missing");
+    }
+  }
   if (path.empty()) return nominal_instrument(file);
   instrument::Instrument known = instrument::read_calibration(path);
   known.rig = narrower_rig(known.rig, path, file.rig, file.path);
