@@ -215,6 +215,7 @@ SimOptions hidden_options(std::shared_ptr<const brdf::BrdfModel> material, std::
   options.scene.white_tile = std::make_shared<AngularWhite>(white.reflectance, white.angular);
   options.scene.patch = options.scene.white_tile;
   options.scene.black_glass.filter = 0.02;
+  options.scene.black_trap_albedo = 0.0001;  // well below the stray light that it is to show
   options.scene.colour_chart.albedos = hidden_chart();
   options.seed = seed;
   options.validate();
