@@ -32,8 +32,6 @@ TEST(CalibrationReport, ShowsWhatTheRoutineFoundOnASimulatedBench) {
   data.archive = steps.archive();
   data.observations = read_observations(steps.archive(), folder);
   data.findings = steps.findings();
-  data.nominal = nominal;
-  data.found = steps.instrument();
   data.now = kRealNoon;
   EXPECT_EQ(data.observations.size(), 3U);
   EXPECT_EQ(data.observations.at("photon_transfer").levels.size(),

@@ -9,9 +9,6 @@
 #include <string_view>
 
 #include "calibration_plots.h"
-#include "gonio/errors/errors.h"
-#include "gonio/files/sha256.h"
-#include "gonio/files/text_file.h"
 #include "gonio/instrument/calibration_step.h"
 #include "gonio/report/escaped.h"
 #include "style.h"
@@ -24,7 +21,6 @@ using instrument::StepState;
 using report::escaped;
 
 /// Observations hold one number per reading and a few per pixel that is bad.
-constexpr std::size_t kMaxObservationBytes = std::size_t{256} << 20U;
 
 constexpr std::string_view kStyle =
     ".meter{display:inline-block;width:110px;height:9px;border-radius:5px;background:var(--line);"
@@ -164,14 +160,7 @@ std::map<std::string, calibration::routine::Observations> read_observations(
     const instrument::CalibrationArchive& archive, const calibration::routine::Folder& folder) {
   std::map<std::string, calibration::routine::Observations> all;
   for (const instrument::StepResult& result : archive.results) {
-    if (result.raw_data.empty()) continue;
-    const std::string& sha256 = result.raw_data.front().sha256;
-    const auto path = folder.raw(result.step, sha256);
-    const std::string text = files::read_text_file(path, kMaxObservationBytes);
-    if (files::sha256_of_bytes(text) != sha256) {
-      throw DataFormatError(path, "contents", "are not what the archive's result was made from");
-    }
-    all[result.step] = calibration::routine::observations_from_json(text, result.step, path);
+    all[result.step] = calibration::routine::read_observations(result, folder);
   }
   return all;
 }

@@ -6,10 +6,6 @@
 
 namespace gonio::cli {
 
-devices::Target AskingChanger::mounted() const {
-  return mounted_.value_or(devices::Target::sample);
-}
-
 void AskingChanger::mount(devices::Target target) {
   if (mounted_ == target) return;
   fmt::print(stderr, "Mount the {}, then press Enter (q and Enter to give up): ",

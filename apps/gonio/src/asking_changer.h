@@ -1,6 +1,5 @@
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "gonio/devices/target_changer.h"
@@ -10,20 +9,20 @@ namespace gonio::cli {
 /// A person at the terminal, who changes the target. On a simulated rig what he does is done to its
 /// world as well.
 ///
+/// State    What lies there at first counts as the sample.
 /// Errors   DeviceError, Stopped: nobody confirmed.
 class AskingChanger final : public devices::TargetChanger {
  public:
-  /// `lies_there`  What is on the rig now; none: not known, so that the first is asked for.
-  AskingChanger(devices::TargetChanger* simulated, std::optional<devices::Target> lies_there)
-      : simulated_(simulated), mounted_(lies_there) {}
+  /// `simulated`  The world's own changer; null on a rig of metal.
+  explicit AskingChanger(devices::TargetChanger* simulated) : simulated_(simulated) {}
 
   const std::string& name() const override { return name_; }
-  devices::Target mounted() const override;
+  devices::Target mounted() const override { return mounted_; }
   void mount(devices::Target target) override;
 
  private:
   devices::TargetChanger* simulated_;
-  std::optional<devices::Target> mounted_;
+  devices::Target mounted_ = devices::Target::sample;
   std::string name_ = "operator";
 };
 

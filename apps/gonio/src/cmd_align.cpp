@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "asking_changer.h"
 #include "calibration_setup.h"
 #include "command.h"
 #include "gonio/calibration/result/step_refused.h"
@@ -25,7 +24,6 @@ struct AlignOptions {
   std::string sample;
   double seat_sigma_deg = 0.0;
   std::optional<std::uint64_t> seed;
-  bool yes = false;
   bool force = false;
 };
 
@@ -37,7 +35,6 @@ std::unique_ptr<OpenedRig> open_with_sample(const Context& context, const RigFil
       throw UsageError("--material: what lies on a rig of metal cannot be chosen here");
     }
     if (options.seed) throw UsageError("--seed: a rig of metal has no world to draw");
-    if (options.yes) throw UsageError("--yes: nobody would mount the sample");
     return open_hardware_rig(rig, Parts::all, context.stop);
   }
   const std::string material = options.material.empty() ? rig.material : options.material;
@@ -62,14 +59,11 @@ int align(Context& context, const AlignOptions& options) {
     alignment.covariance = sigma * sigma * Eigen::Matrix2d::Identity();
   } else {
     const auto opened = open_with_sample(context, known.file, options);
-    AskingChanger person(opened->devices().changer, std::nullopt);
-    acquisition::DeviceSet devices = opened->devices();
-    if (!options.yes) devices.changer = &person;
     alignment.method = "highlight";
     try {
       Progress progress(console, "aligning");
       const auto found = calibration::routine::align_sample(
-          devices, known.constants, calibration_settings(known.file),
+          opened->devices(), known.constants, calibration_settings(known.file),
           [&](const std::string& what, double fraction) { progress.update(fraction, what); },
           context.stop);
       alignment.tilt_x = found.normal.tilt_x;
@@ -97,7 +91,7 @@ int align(Context& context, const AlignOptions& options) {
 void add_align(const Command& root) {
   auto options = std::make_shared<AlignOptions>();
   const Command command = root.add(
-      "align", "Find how a mounted sample lies, from its own highlight",
+      "align", "Find how the mounted sample lies, from its own highlight",
       "gonio align rig.toml --calibration calibration/instrument.json --out alignment.json");
   command.text("RIG", options->rig, "Rig file", Need::required);
   command.text("--calibration", options->calibration, "Instrument constants of the rig");
@@ -110,7 +104,6 @@ void add_align(const Command& root) {
   command.text("--material", options->material,
                "What lies on a simulated rig: a material file or builtin:NAME");
   command.seed(options->seed, "Of the simulated world (default 1)");
-  command.flag("--yes", options->yes, "A simulated rig mounts its sample by itself");
   command.force(options->force);
   command.on_call(options, align);
 }

@@ -118,8 +118,6 @@ void write_report(const routine::Routine& calibration, const routine::Folder& fo
   data.archive = calibration.archive();
   data.observations = calibration_report::read_observations(data.archive, folder);
   data.findings = calibration.findings();
-  data.nominal = nominal_instrument(rig);
-  data.found = calibration.instrument();
   data.now = now_utc();
   data.refused = std::move(refused);
   files::write_text_file(folder.path / "report.html", calibration_report::html(data),
@@ -156,7 +154,7 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   };
   if (options.list) return finish(kSuccess);
 
-  AskingChanger person(opened->devices().changer, std::nullopt);
+  AskingChanger person(opened->devices().changer);
   acquisition::DeviceSet devices = opened->devices();
   if (!options.yes || !simulated) devices.changer = &person;
   const std::vector<std::string> wanted = steps_wanted(*calibration, options);

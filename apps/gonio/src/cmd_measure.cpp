@@ -96,7 +96,7 @@ int measure(Context& context, const MeasureOptions& options) {
   SessionSetup session;
   session.rig = read_rig_file(options.rig);
   session.instrument = instrument_of(session.rig, options.calibration);
-  session.calibration = calibration_in_use(session.rig, options.calibration);
+  session.calibration = session_calibration(session.rig, options.calibration);
   session.accept_calibration = options.accept_calibration;
   align_instrument(session.instrument, options);
   const rig::Inverse inverse(session.instrument.rig, session.rig.branches);

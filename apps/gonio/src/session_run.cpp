@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <ctime>
 #include <memory>
@@ -50,10 +51,7 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
        fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
   if (session.calibration) {
     metadata.insert(session.calibration->metadata.begin(), session.calibration->metadata.end());
-    std::string despite;
-    for (const std::string& reason : session.calibration->reasons) {
-      despite += (despite.empty() ? "" : "; ") + reason;
-    }
+    const std::string despite = fmt::format("{}", fmt::join(session.calibration->reasons(), "; "));
     if (!despite.empty()) metadata["calibration_accepted_despite"] = despite;
   }
   if (session.simulated) {
@@ -70,12 +68,9 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
 /// Throws UsageError for a calibration that should not be used and was not accepted.
 void require_calibration(const SessionSetup& session) {
   if (!session.calibration || session.accept_calibration) return;
-  if (session.calibration->reasons.empty()) return;
-  std::string reasons;
-  for (const std::string& reason : session.calibration->reasons) {
-    reasons += (reasons.empty() ? "" : "; ") + reason;
-  }
-  throw UsageError("calibration: " + reasons,
+  const std::vector<std::string> reasons = session.calibration->reasons();
+  if (reasons.empty()) return;
+  throw UsageError(fmt::format("calibration: {}", fmt::join(reasons, "; ")),
                    "gonio calibrate takes the steps again; --accept-calibration goes on all the "
                    "same, and the session says so");
 }
@@ -117,8 +112,8 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                      : open_hardware_rig(session.rig, Parts::all, stop);
   // A world in this process may stand in for a rig of metal, whose devices it is not.
   const bool own_devices = !session.simulated || session.rig.driver == RigFile::Driver::simulated;
-  if (session.calibration && own_devices) compare_serials(*session.calibration, serials_of(*rig));
-  AskingChanger person(rig->devices().changer, devices::Target::sample);
+  if (session.calibration && own_devices) session.calibration->use.serials = serials_of(*rig);
+  AskingChanger person(rig->devices().changer);
   const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
   check(devices, session);
   const std::string calibration = instrument::to_json(session.instrument);

@@ -5,12 +5,12 @@
 #include <stop_token>
 #include <string>
 
-#include "calibration_use.h"
 #include "gonio/acquisition/session.h"
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/console/console.h"
 #include "gonio/setup/rig_file.h"
 #include "materials_input.h"
+#include "session_calibration.h"
 
 namespace gonio::cli {
 
@@ -34,7 +34,7 @@ struct SessionSetup {
   std::uint64_t seed = 1;  ///< of the simulated world
   SessionLabels labels;
   std::filesystem::path archive;  ///< folder to create
-  std::optional<CalibrationUse> calibration;
+  std::optional<SessionCalibration> calibration;
   bool accept_calibration = false;  ///< also one that should not be used
   bool ask_person = false;          ///< white placement manual: ask at the terminal
 };

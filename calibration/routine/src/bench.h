@@ -23,11 +23,6 @@ struct Picture {
   int frames = 1;
   double monitor = 1.0;
   std::vector<float> signal_dn;  ///< row-major
-
-  float at(int column, int row) const {
-    return signal_dn[static_cast<std::size_t>(row) * static_cast<std::size_t>(width_px) +
-                     static_cast<std::size_t>(column)];
-  }
 };
 
 /// A square of the sample plane about its origin.
@@ -55,8 +50,7 @@ class Bench {
 
   /// Index of an axis by name.
   std::size_t axis(const std::string& name) const;
-  /// LA-2's joints.
-  static constexpr std::size_t kAxes = 3;
+  /// LA-2's; other axes stay at home.
   rig::Joints joints(Angle lamp_arm, Angle azimuth, Angle tilt) const;
   bool allowed(const rig::Joints& joints) const;
   /// Returns what the encoders read there.

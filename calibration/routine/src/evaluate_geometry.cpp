@@ -103,6 +103,7 @@ void evaluate_stage_axes(const Observations& seen, const Known& known, Findings&
       camera.linear());
   const rig::ChainLink& tilt = link_of(rig, rig.sample, "tilt");
   const rig::ChainLink& azimuth = link_of(rig, rig.sample, "azimuth");
+  const Eigen::Matrix3d board = found.board_from_sample.linear();
   std::vector<Named> parameters{
       {"rig.camera.x_mm", "mm", camera.translation().x()},
       {"rig.camera.z_mm", "mm", camera.translation().z()},
@@ -113,7 +114,7 @@ void evaluate_stage_axes(const Observations& seen, const Known& known, Findings&
       {"rig.tilt_axis.heading_deg", "deg", std::atan2(tilt.direction.y(), tilt.direction.x()),
        kDegPerRad},
       {"rig.tilt_axis.skew_mm", "mm", geometry::axis_skew(found).value_mm},
-      {"board.turn_deg", "deg", 0.0, kDegPerRad},
+      {"board.turn_deg", "deg", std::atan2(board(1, 0), board(0, 0)), kDegPerRad},
       {"board.x_mm", "mm", found.board_from_sample.translation().x()},
       {"board.y_mm", "mm", found.board_from_sample.translation().y()},
       {"board.z_mm", "mm", found.board_from_sample.translation().z()},
@@ -169,9 +170,8 @@ void evaluate_lamp_arm(const Observations& seen, const Known& known, Findings& f
        {"rig.lamp.z_mm", "mm", lamp_home.z()},
        {"axis.lamp_arm.zero_deg", "deg", arm.offset.radians(), kDegPerRad},
        {"mirror.tilt_x_deg", "deg", found.mirror_tilt_x.radians(), kDegPerRad},
-       {"mirror.tilt_y_deg", "deg", found.mirror_tilt_y.radians(), kDegPerRad},
-       {"mirror.offset_mm", "mm", known.settings.mirror.offset_mm}},
-      found.covariance.topLeftCorner(lamp::kCount, lamp::kCount));
+       {"mirror.tilt_y_deg", "deg", found.mirror_tilt_y.radians(), kDegPerRad}},
+      found.covariance.topLeftCorner(lamp::kMirrorOffset, lamp::kMirrorOffset));
   result.residual("rms_px", found.rms_px);
   double worst = 0.0;
   for (const double arm_deg : kArms_deg) {

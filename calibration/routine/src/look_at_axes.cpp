@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "acquire.h"
+#include "look.h"
 #include "mirror.h"
 
 namespace gonio::calibration::routine {

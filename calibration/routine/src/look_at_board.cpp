@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "acquire.h"
 #include "gonio/calibration/board/detect.h"
 #include "gonio/calibration/result/step_refused.h"
+#include "look.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -42,7 +42,6 @@ std::vector<geometry::StageView> views(Bench& bench, devices::Target target, con
     const devices::Frame frame = bench.frame(bench.exposure_for(kBoardLevel));
     try {
       const board::BoardImage image{frame.pixels_dn, frame.width_px, frame.height_px,
-                                    bench.instrument().sensor.black_level_dn,
                                     static_cast<double>(frame.saturation_level_dn)};
       seen.push_back({stood, board::detect(image, bench.settings().board)});
     } catch (const StepRefused&) {

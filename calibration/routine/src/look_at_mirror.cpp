@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "acquire.h"
 #include "gonio/calibration/result/step_refused.h"
+#include "look.h"
 #include "mirror.h"
 
 namespace gonio::calibration::routine {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquire.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/calibration/sensor/darks.h"
 #include "gonio/calibration/sensor/pixel_stack.h"
+#include "look.h"
 
 namespace gonio::calibration::routine {
 namespace {

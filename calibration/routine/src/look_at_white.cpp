@@ -8,9 +8,9 @@
 #include <map>
 #include <stdexcept>
 
-#include "acquire.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/instrument/measurement_equation.h"
+#include "look.h"
 #include "mirror.h"
 
 namespace gonio::calibration::routine {

@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "acquire.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/sha256.h"
 #include "gonio/files/text_file.h"
 #include "gonio/instrument/calibration_file.h"
+#include "look.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -53,6 +53,22 @@ std::string map_text(const std::map<std::string, std::string>& map) {
 
 }  // namespace
 
+Observations read_observations(const instrument::StepResult& result, const Folder& folder) {
+  if (result.raw_data.size() != 1) {
+    throw DataFormatError(folder.archive(), result.step + ".raw_data",
+                          fmt::format("found {} files, expected one", result.raw_data.size()));
+  }
+  const std::filesystem::path path = folder.raw(result.step, result.raw_data[0].sha256);
+  const std::string text = files::read_text_file(path, kMaxRawBytes);
+  if (files::sha256_of_bytes(text) != result.raw_data[0].sha256) {
+    throw DataFormatError(path, "contents",
+                          fmt::format("are not what step {} was made from; take it again in "
+                                      "another folder, or bring the file back",
+                                      result.step));
+  }
+  return observations_from_json(text, result.step, path);
+}
+
 Routine::Routine(instrument::Instrument nominal, RoutineSettings settings, Folder folder,
                  std::map<std::string, std::string> serials,
                  std::function<instrument::UtcSeconds()> now)
@@ -83,19 +99,7 @@ void Routine::read() {
     const std::string name(step.name);
     const instrument::StepResult* result = instrument::find_result(archive_, name);
     if (result == nullptr || state_of(name) != instrument::StepState::valid) continue;
-    if (result->raw_data.size() != 1) {
-      throw DataFormatError(folder_.archive(), name + ".raw_data",
-                            fmt::format("found {} files, expected one", result->raw_data.size()));
-    }
-    const std::filesystem::path path = folder_.raw(name, result->raw_data[0].sha256);
-    const std::string text = files::read_text_file(path, kMaxRawBytes);
-    if (files::sha256_of_bytes(text) != result->raw_data[0].sha256) {
-      throw DataFormatError(path, "contents",
-                            fmt::format("are not what step {} was made from; take it again in "
-                                        "another folder, or bring the file back",
-                                        name));
-    }
-    evaluate(name, observations_from_json(text, name, path), nominal_, settings_, findings_);
+    evaluate(name, read_observations(*result, folder_), nominal_, settings_, findings_);
   }
 }
 

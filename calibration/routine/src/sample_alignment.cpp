@@ -18,7 +18,7 @@ constexpr double kSearch_deg = 4.0;  // half width of the first, coarse scan
 constexpr double kSpot_mm = 2.0;     // half width of the spot whose brightness is followed
 constexpr double kLevel = 0.6;       // of saturation, at the brightest
 constexpr double kLeft = 0.35;       // of the peak, at the edge of the fine scan
-constexpr double kStandsOut = 1.15;  // brightest over dimmest of the coarse scan; matte has 1.05
+constexpr double kStandsOut = 1.15;  // brightest over dimmest of the coarse scan; matte: up to 1.09
 constexpr int kNarrowings = 6;
 
 /// Scans of one lamp-arm angle.

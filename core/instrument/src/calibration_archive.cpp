@@ -190,6 +190,29 @@ void record(CalibrationArchive& archive, StepResult result) {
   archive.results.push_back(std::move(result));
 }
 
+namespace {
+
+using Serials = std::map<std::string, std::string>;
+
+void add_reasons_of_devices(const Serials& calibrated, const Serials& there,
+                            std::vector<std::string>& reasons) {
+  for (const auto& [device, serial] : calibrated) {
+    const auto found = there.find(device);
+    if (found == there.end()) {
+      reasons.push_back(
+          fmt::format("{}: found no such device, expected \"{}\" as calibrated; connect it, or "
+                      "calibrate without it",
+                      device, serial));
+    } else if (found->second != serial) {
+      reasons.push_back(fmt::format(
+          "{}: found \"{}\", expected \"{}\" as calibrated; what depends on it has to be repeated",
+          device, found->second, serial));
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<std::string> reasons_against(const CalibrationArchive& archive,
                                          const CalibrationUse& use) {
   std::vector<std::string> reasons;
@@ -198,14 +221,7 @@ std::vector<std::string> reasons_against(const CalibrationArchive& archive,
         "made on another rig: found {:.8}, expected {:.8}; calibrate this one, or use its rig file",
         archive.rig_sha256, use.rig_sha256));
   }
-  for (const auto& [device, serial] : archive.serials) {
-    const auto there = use.serials.find(device);
-    if (there != use.serials.end() && there->second != serial) {
-      reasons.push_back(fmt::format(
-          "{}: found \"{}\", expected \"{}\" as calibrated; what depends on it has to be repeated",
-          device, there->second, serial));
-    }
-  }
+  if (use.serials) add_reasons_of_devices(archive.serials, *use.serials, reasons);
   for (const CalibrationStep& step : calibration_steps()) {
     const StepState state = state_of(archive, step.name, use.now);
     if (state == StepState::valid) continue;

@@ -76,7 +76,7 @@ inline devices::Frame picture_of(const sim::SimOptions& options, Pose pose,
 }
 
 inline BoardImage image_of(const devices::Frame& frame) {
-  return {frame.pixels_dn, frame.width_px, frame.height_px, frame.black_level_dn,
+  return {frame.pixels_dn, frame.width_px, frame.height_px,
           static_cast<double>(frame.saturation_level_dn)};
 }
 

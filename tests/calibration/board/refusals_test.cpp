@@ -74,7 +74,7 @@ TEST(DetectRefuses, PixelsThatDoNotMakeThePicture) {
   const BoardSpec spec;
   const std::vector<std::uint16_t> pixels(100, 500);
   const auto size = [&](int width, int height) {
-    return [&pixels, &spec, width, height] { detect({pixels, width, height, 64.0, 4095.0}, spec); };
+    return [&pixels, &spec, width, height] { detect({pixels, width, height, 4095.0}, spec); };
   };
   EXPECT_THAT(size(10, 11), testing::ThrowsMessage<std::invalid_argument>(HasSubstr("10 x 11")));
   EXPECT_THROW(size(-10, -10)(), std::invalid_argument);

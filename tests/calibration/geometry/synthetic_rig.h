@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "gauge.h"
 #include "gonio/calibration/geometry/stage_axes.h"
 #include "gonio/rig/kinematics.h"
 #include "synthetic_board.h"
@@ -57,24 +58,8 @@ inline Eigen::Vector3d outward_normal(const HiddenRig& hidden, const rig::Joints
   return -world_from_board(hidden, joints).linear().col(2);
 }
 
-/// The rig's own world from its links and camera, by the gauge's definition (stage_axes.h).
 inline Eigen::Isometry3d gauge_from_hidden(const HiddenRig& hidden) {
-  const rig::ChainLink& azimuth = hidden.rig.sample.links[0];
-  const rig::ChainLink& tilt = hidden.rig.sample.links[1];
-  const Eigen::Vector3d z = azimuth.direction;
-  const Eigen::Vector3d across = z.cross(tilt.direction);
-  // azimuth.point + s z + r across = tilt.point + t tilt
-  Eigen::Matrix3d lines;
-  lines << z, across, -tilt.direction;
-  const Eigen::Vector3d s =
-      lines.fullPivLu().solve(Eigen::Vector3d(tilt.point_mm - azimuth.point_mm));
-  const Eigen::Vector3d origin = azimuth.point_mm + s[0] * z;
-  const Eigen::Vector3d to_camera = hidden.rig.camera.home_pose.translation() - origin;
-  const Eigen::Vector3d x = (to_camera - to_camera.dot(z) * z).normalized();
-  Eigen::Isometry3d hidden_from_gauge = Eigen::Isometry3d::Identity();
-  hidden_from_gauge.linear() << x, z.cross(x), z;
-  hidden_from_gauge.translation() = origin;
-  return hidden_from_gauge.inverse();
+  return calibration::test::gauge_from_world(hidden.rig);
 }
 
 inline rig::Joints joints_deg(double lamp_arm, double azimuth, double tilt) {

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <cmath>
+
+#include "gauge.h"
 
 namespace gonio::calibration::routine::test {
 namespace {
@@ -20,25 +21,6 @@ rig::Joints true_joints(const sim::SimOptions& truth, const rig::Joints& reading
     joints[i] += truth.axes[i].zero_offset - 0.5 * truth.axes[i].backlash;
   }
   return joints;
-}
-
-/// The calibration's world from the simulator's, by the definition of StageAxes' gauge.
-Eigen::Isometry3d gauge(const rig::RigDescription& rig) {
-  const rig::ChainLink& azimuth = rig.sample.links.at(0);
-  const rig::ChainLink& tilt = rig.sample.links.at(1);
-  const Eigen::Vector3d z = azimuth.direction;
-  const Eigen::Vector3d across = z.cross(tilt.direction);
-  Eigen::Matrix3d lines;
-  lines << z, across, -tilt.direction;
-  const Eigen::Vector3d s =
-      lines.fullPivLu().solve(Eigen::Vector3d(tilt.point_mm - azimuth.point_mm));
-  const Eigen::Vector3d origin = azimuth.point_mm + s[0] * z;
-  const Eigen::Vector3d camera = rig.camera.home_pose.translation() - origin;
-  const Eigen::Vector3d x = (camera - camera.dot(z) * z).normalized();
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() << x, z.cross(x), z;
-  pose.translation() = origin;
-  return pose.inverse();
 }
 
 instrument::CameraModel true_camera(const sim::CameraOptions& c) {
@@ -73,7 +55,7 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
                      f,
                  1, 0.001});
 
-  const Eigen::Isometry3d to_gauge = gauge(truth.rig);
+  const Eigen::Isometry3d to_gauge = calibration::test::gauge_from_world(truth.rig);
   const instrument::CameraModel lens = true_camera(truth.camera);
   const Eigen::Matrix3d camera_axes = to_gauge.linear() * truth.rig.camera.home_pose.linear();
   for (const double column : {0.3, 0.7}) {

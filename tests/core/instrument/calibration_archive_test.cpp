@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <map>
 #include <set>
 
 #include "example_instrument.h"
@@ -48,7 +49,8 @@ CalibrationArchive whole(UtcSeconds at = kNoon) {
 }
 
 CalibrationUse use_at(UtcSeconds now) {
-  return {rig_sha256(example_instrument().rig), {{"camera", "22001122"}}, now};
+  return {rig_sha256(example_instrument().rig),
+          std::map<std::string, std::string>{{"camera", "22001122"}}, now};
 }
 
 TEST(CalibrationSteps, NeedOnlyEarlierOnes) {
@@ -112,10 +114,21 @@ TEST(CalibrationArchive, AnotherRigOrCameraIsARefusal) {
   auto other = example_instrument().rig;
   other.axes[1].max += Angle::from_degrees(1.0);
   use.rig_sha256 = rig_sha256(other);
-  use.serials["camera"] = "22001123";
+  use.serials->at("camera") = "22001123";
   EXPECT_THAT(reasons_against(whole(), use),
               ElementsAre(HasSubstr("another rig"),
                           HasSubstr("camera: found \"22001123\", expected \"22001122\"")));
+}
+
+TEST(CalibrationArchive, DeviceThatIsNotThereIsARefusalButNotOneNotLookedForYet) {
+  CalibrationUse use = use_at(kNoon);
+  use.serials->clear();
+  EXPECT_THAT(reasons_against(whole(), use),
+              ElementsAre(HasSubstr("camera: found no such device, expected \"22001122\"")));
+  use.serials->emplace("monitor", "22001122");  // the serial alone does not make it the camera
+  EXPECT_THAT(reasons_against(whole(), use), ElementsAre(HasSubstr("camera: found no such")));
+  use.serials.reset();
+  EXPECT_THAT(reasons_against(whole(), use), IsEmpty());
 }
 
 TEST(CalibrationArchive, RefusesResultsThatAreNone) {

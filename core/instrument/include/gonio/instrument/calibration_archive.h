@@ -101,12 +101,14 @@ void record(CalibrationArchive& archive, StepResult result);
 /// What a session is told besides the archive.
 struct CalibrationUse {
   std::string rig_sha256;
-  std::map<std::string, std::string> serials;  ///< of the devices that are there
+  /// Of all devices that are there, as in the archive; an empty map says that none is. Without a
+  /// map they are not known yet, as before devices are opened: nothing is said about them then.
+  std::optional<std::map<std::string, std::string>> serials;
   UtcSeconds now{};
 };
 
-/// Why a session should not use the archive, one line each: made on another rig, with other
-/// devices, steps missing, stale or expired, and what to do. Empty when it may.
+/// Why a session should not use the archive, one line each: made on another rig, with devices that
+/// are others or not there, steps missing, stale or expired, and what to do. Empty when it may.
 std::vector<std::string> reasons_against(const CalibrationArchive& archive,
                                          const CalibrationUse& use);
 

@@ -13,7 +13,6 @@ struct BoardImage {
   std::span<const std::uint16_t> pixels_dn;  ///< row-major from the top left
   int width_px = 0;
   int height_px = 0;
-  double black_level_dn = 0.0;
   double saturation_dn = 0.0;  ///< a pixel at or above it carries no value
 };
 

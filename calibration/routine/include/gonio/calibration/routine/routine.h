@@ -36,6 +36,10 @@ struct Folder {
   }
 };
 
+/// What a result was made from. Throws FileError; DataFormatError for another number of files than
+/// one, or contents that are not those the result names.
+Observations read_observations(const instrument::StepResult& result, const Folder& folder);
+
 /// Takes calibration steps one by one, and keeps what they find.
 ///
 /// State    A folder that exists is gone on with: results that are valid are read and evaluated
