@@ -21,23 +21,24 @@ constexpr double kLongestStep = 64.0;
 constexpr double kDarkRelativeSigma = 1.0 / 3.0;
 
 struct RegionReading {
-  double mean_dn = 0.0;     ///< above black
+  double mean_dn = 0.0;     ///< above black, of a straight sensor
   double maximum_dn = 0.0;  ///< as read
   double pixels = 0.0;
 };
 
-std::vector<RegionReading> read_regions(const devices::Frame& frame, const Regions& regions) {
+std::vector<RegionReading> read_regions(const devices::Frame& frame, const Regions& regions,
+                                        const instrument::ResponseCurve& response) {
   std::vector<RegionReading> readings;
   for (const auto& region : regions) {
     RegionReading reading;
     double sum = 0.0;
     for (const std::size_t pixel : region) {
       const double dn = frame.pixels_dn[pixel];
-      sum += dn;
+      sum += response.linear_dn(dn - frame.black_level_dn);
       reading.maximum_dn = std::max(reading.maximum_dn, dn);
     }
     reading.pixels = static_cast<double>(region.size());
-    reading.mean_dn = sum / reading.pixels - frame.black_level_dn;
+    reading.mean_dn = sum / reading.pixels;
     readings.push_back(reading);
   }
   return readings;
@@ -63,8 +64,13 @@ Regions regions_of(const instrument::Instrument& instrument, const rig::RigPose&
                    const Eigen::Vector2d& centre_mm, double half_width_mm, int grid) {
   Regions regions(static_cast<std::size_t>(grid * grid));
   const int width = instrument.camera.width_px;
+  const std::vector<std::uint8_t> bad =
+      instrument::bad_pixel_mask(instrument.sensor, width, instrument.camera.height_px);
   for (int row = 0; row < instrument.camera.height_px; ++row) {
     for (int column = 0; column < width; ++column) {
+      const std::size_t pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                                static_cast<std::size_t>(column);
+      if (bad[pixel] != 0) continue;
       const auto geometry = instrument::pixel_geometry(instrument, pose, column, row);
       if (!geometry) continue;
       const Eigen::Vector2d place =
@@ -75,8 +81,7 @@ Regions regions_of(const instrument::Instrument& instrument, const rig::RigPose&
         return std::min(grid - 1, static_cast<int>((coordinate + 1.0) / 2.0 * grid));
       };
       regions[static_cast<std::size_t>(index(place.y()) * grid + index(place.x()))].push_back(
-          static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-          static_cast<std::size_t>(column));
+          pixel);
     }
   }
   std::erase_if(regions, [](const auto& region) { return region.empty(); });
@@ -98,7 +103,11 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
     own.monitor = devices.read_monitor();
     archive.append(std::move(own), frame);
     ++taken;
-    return read_regions(frame, regions);
+    return read_regions(frame, regions, instrument.sensor.response);
+  };
+
+  const auto exposed_s = [&](std::chrono::nanoseconds exposure) {
+    return devices::to_seconds(exposure) + instrument.sensor.shutter_offset_s;
   };
 
   BracketResult result;
@@ -126,7 +135,7 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
                                 std::chrono::nanoseconds exposure) {
     for (std::size_t i = 0; i < from.size(); ++i) {
       if (from[i].maximum_dn < saturation_dn) {
-        rates_dn_per_s[i] = from[i].mean_dn / devices::to_seconds(exposure);
+        rates_dn_per_s[i] = from[i].mean_dn / exposed_s(exposure);
       }
     }
   };
@@ -148,8 +157,7 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
     for (std::size_t i = 0; i < regions.size(); ++i) {
       if (!rates_dn_per_s[i]) continue;
       const double wanted = wanted_dn(readings[i]);
-      const double found =
-          std::max(*rates_dn_per_s[i] * devices::to_seconds(longest), wanted / kLongestStep);
+      const double found = std::max(*rates_dn_per_s[i] * exposed_s(longest), wanted / kLongestStep);
       factor = std::max(factor, wanted / found);
     }
     return factor;
@@ -164,7 +172,7 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
   }
   for (std::size_t i = 0; i < regions.size(); ++i) {
     if (!rates_dn_per_s[i]) continue;
-    if (*rates_dn_per_s[i] * devices::to_seconds(longest) <
+    if (*rates_dn_per_s[i] * exposed_s(longest) <
         signal_dn(instrument.sensor, kDarkRelativeSigma, spot_pixels(readings[i]))) {
       ++result.dark_regions;
     }

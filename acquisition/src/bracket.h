@@ -11,8 +11,8 @@ namespace gonio::acquisition {
 /// it. Exposures are judged there and nowhere else.
 using Regions = std::vector<std::vector<std::size_t>>;
 
-/// Regions of a square of the sample plane (3 x 3), or one region for a small patch. Pixels that
-/// see nothing, or are lit from behind, belong to none; empty regions are left out.
+/// Regions of a square of the sample plane (3 x 3), or one region for a small patch. Bad pixels,
+/// and those that see nothing or are lit from behind, belong to none; empty regions are left out.
 Regions regions_of(const instrument::Instrument& instrument, const rig::RigPose& pose,
                    const Eigen::Vector2d& centre_mm, double half_width_mm, int grid = 3);
 

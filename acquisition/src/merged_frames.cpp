@@ -49,11 +49,11 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
     return maps;
   }
   const devices::Frame frame = archive.read_frame(*lamp_off);
-  const double exposure_s = devices::to_seconds(frame.exposure);
+  const double exposure_s = exposed_s(archive, sensor, *lamp_off);
   maps.rate_dn_per_s.resize(offset_dn.size());
   double above_offset_dn = 0.0;
   for (std::size_t p = 0; p < offset_dn.size(); ++p) {
-    const double signal_dn = frame.pixels_dn[p] - offset_dn[p];
+    const double signal_dn = sensor.response.linear_dn(frame.pixels_dn[p] - offset_dn[p]);
     maps.rate_dn_per_s[p] = signal_dn / exposure_s;
     above_offset_dn += signal_dn / static_cast<double>(offset_dn.size());
   }
@@ -61,6 +61,19 @@ BackgroundMaps background_maps(const SessionReader& archive, const instrument::S
   maps.rate_variance_dn2_per_s2 =
       (read_variance_dn2(sensor) + shot_variance_dn2) / (exposure_s * exposure_s);
   return maps;
+}
+
+double exposed_s(const SessionReader& archive, const instrument::SensorModel& sensor,
+                 const FrameRecord& record) {
+  const double seconds = devices::to_seconds(record.exposure) + sensor.shutter_offset_s;
+  if (!(seconds > 0.0)) {
+    throw DataFormatError(
+        archive.folder() / record.file, "exposure",
+        fmt::format("found {:g} us, expected more than the {:g} us that the calibration's "
+                    "shutter_offset_s takes off it",
+                    1e6 * devices::to_seconds(record.exposure), -1e6 * sensor.shutter_offset_s));
+  }
+  return seconds;
 }
 
 std::set<std::string> monitored_channels(const SessionReader& archive) {
@@ -85,7 +98,7 @@ ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instr
     signal.time_s +=
         devices::to_seconds(record->exposure_start) / static_cast<double>(frames.size());
     signal.longest_exposure_s =
-        std::max(signal.longest_exposure_s, devices::to_seconds(record->exposure));
+        std::max(signal.longest_exposure_s, exposed_s(archive, instrument.sensor, *record));
     signal.pixel_format = images.back().pixel_format;
   }
   if (!has_monitor) signal.monitor = 1.0;

@@ -14,8 +14,8 @@ namespace gonio::acquisition {
 /// bend the mean: above this the whole area is a bound, not a value.
 constexpr double kMaxBadFraction = 0.02;
 
-/// What to take off every frame, per pixel: offset from the dark frames, rate from a lamp-off
-/// frame.
+/// What to take off every frame, per pixel, in DN of a straight sensor but for the offset: offset
+/// from the dark frames, rate from a lamp-off frame.
 struct BackgroundMaps {
   std::vector<double> offset_dn;
   std::vector<double> rate_dn_per_s;
@@ -45,6 +45,11 @@ struct ChannelSignal {
 /// since a reading of 0 elsewhere then is a monitor that failed, not one that is blind or not
 /// there.
 std::set<std::string> monitored_channels(const SessionReader& archive);
+
+/// How long the light of a frame fell: its exposure and the shutter offset. Throws DataFormatError
+/// for a frame whose exposure does not outlast the offset.
+double exposed_s(const SessionReader& archive, const instrument::SensorModel& sensor,
+                 const FrameRecord& record);
 
 /// Reads, checks and merges the frames of a bracket. `monitored`: see monitored_channels().
 ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instrument& instrument,

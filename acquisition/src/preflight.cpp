@@ -78,6 +78,15 @@ void check_camera(const DeviceSet& devices, const instrument::Instrument& instru
     refuse("camera {} gives {} x {} px, the calibration is for {} x {} px", devices.camera->name(),
            info.width_px, info.height_px, instrument.camera.width_px, instrument.camera.height_px);
   }
+  const double shortest_s =
+      std::chrono::duration<double>(info.min_exposure).count() + instrument.sensor.shutter_offset_s;
+  if (!(shortest_s > 0.0)) {
+    refuse(
+        "the calibration's shutter_offset_s, {:g} us, is more than the shortest exposure of "
+        "camera {}, {} us: calibrate again",
+        1e6 * instrument.sensor.shutter_offset_s, devices.camera->name(),
+        info.min_exposure.count() / 1000);
+  }
   if (options.first_exposure < info.min_exposure || options.first_exposure > info.max_exposure) {
     refuse("first exposure {} us, camera {} has {} to {} us", options.first_exposure.count() / 1000,
            devices.camera->name(), info.min_exposure.count() / 1000,

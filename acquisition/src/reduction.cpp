@@ -102,8 +102,10 @@ std::vector<Eigen::Vector2d> spot_centres(const ReductionOptions& options) {
   return centres;
 }
 
+/// The good pixels of a square of the sample plane; `bad_pixels` as bad_pixel_mask().
 Spot spot_at(const instrument::Instrument& instrument, const rig::RigPose& pose,
-             const Eigen::Vector2d& centre_mm, double half_width_mm) {
+             const Eigen::Vector2d& centre_mm, double half_width_mm,
+             const std::vector<std::uint8_t>& bad_pixels) {
   Spot spot;
   double first_column = 1e9, last_column = -1e9, first_row = 1e9, last_row = -1e9;
   std::vector<Eigen::Vector2d> corners;
@@ -135,13 +137,14 @@ Spot spot_at(const instrument::Instrument& instrument, const rig::RigPose& pose,
   const int to_column = std::min(width - 1, whole(std::ceil(last_column), width));
   for (int row = from_row; row <= to_row; ++row) {
     for (int column = from_column; column <= to_column; ++column) {
+      const std::size_t index = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                                static_cast<std::size_t>(column);
+      if (bad_pixels[index] != 0) continue;
       auto geometry = instrument::pixel_geometry(instrument, pose, column, row);
       if (!geometry) continue;
       const Eigen::Vector2d offset = geometry->point_in_sample_mm.head<2>() - centre_mm;
       if (offset.cwiseAbs().maxCoeff() > half_width_mm) continue;
-      spot.pixels.push_back({static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                                 static_cast<std::size_t>(column),
-                             column, row, std::move(*geometry)});
+      spot.pixels.push_back({index, column, row, std::move(*geometry)});
     }
   }
   return spot;
@@ -222,6 +225,8 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
                     "within {:g} %; lamp or camera changed during the session",
                     100.0 * white.drift(), 100.0 * kUsualDrift));
   }
+  const std::vector<std::uint8_t> bad_pixels = instrument::bad_pixel_mask(
+      instrument.sensor, instrument.camera.width_px, instrument.camera.height_px);
   const double u_drift = std::abs(white.drift()) / std::sqrt(12.0);
 
   for (const auto& [index, frames] : frames_of_measured_points(archive, reduction.warnings)) {
@@ -249,7 +254,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
     int dropped = 0;
     int number = 0;
     for (const Eigen::Vector2d& centre : spot_centres(options)) {
-      const Spot spot = spot_at(instrument, pose, centre, options.spot_half_width_mm);
+      const Spot spot = spot_at(instrument, pose, centre, options.spot_half_width_mm, bad_pixels);
       samples::Sample sample;
       sample.pose = index;
       sample.spot = number++;

@@ -107,6 +107,7 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
           const ChannelSignal& signal = signals[colours.channel_of(colour)];
           if (!ColourLayout::carries(signal.pixel_format, column, row, colour)) continue;
           Sums& sum = sums[static_cast<std::size_t>(colour)];
+          if (signal.merged.state[pixel] == instrument::PixelState::defective) continue;
           if (signal.merged.state[pixel] != instrument::PixelState::measured) {
             sum.bad += 1.0;
             continue;

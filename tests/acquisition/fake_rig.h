@@ -140,12 +140,16 @@ class FakeCamera final : public devices::Camera {
     if (upper_half_dn_per_s) {
       std::fill_n(frame.pixels_dn.begin(), 32 * 16, level(*upper_half_dn_per_s));
     }
+    for (const std::size_t pixel : full_pixels) {
+      frame.pixels_dn[pixel] = static_cast<std::uint16_t>(full_dn);
+    }
     exposures.push_back(exposure);
     return frame;
   }
 
   double lit_dn_per_s = 50000.0;
   std::optional<double> upper_half_dn_per_s;  ///< of the image, where it differs
+  std::vector<std::size_t> full_pixels;       ///< whatever the light
   std::uint16_t saturation_level_dn = 4095;   ///< what the camera says
   double full_dn = 4095.0;                    ///< what its pixels do
   std::chrono::nanoseconds exposure_error{0};

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "fake_rig.h"
 #include "gonio/errors/errors.h"
@@ -38,8 +40,13 @@ class Reduction : public testing::Test {
     frame.black_level_dn = 64.0;
     frame.exposure = std::chrono::nanoseconds(std::llround(exposure_s * 1e9));
     frame.frame_id = ++frame_id_;
-    frame.pixels_dn.assign(32 * 32, static_cast<std::uint16_t>(std::min<double>(
-                                        camera_full_dn_, 64.0 + dn_per_s * exposure_s)));
+    const double signal_dn = dn_per_s * (exposure_s + really_longer_s_);
+    const double bent_dn = signal_dn * (1.0 - bend_ * std::pow(signal_dn / 4031.0, 2));
+    frame.pixels_dn.assign(32 * 32, static_cast<std::uint16_t>(
+                                        std::min<double>(camera_full_dn_, 64.0 + bent_dn + 0.5)));
+    for (const auto& [column, row] : defective_) {
+      frame.pixels_dn[static_cast<std::size_t>(32 * row + column)] = defective_dn_;
+    }
     FrameRecord record;
     record.kind = kind;
     record.point = point;
@@ -63,9 +70,9 @@ class Reduction : public testing::Test {
     monitor_ = monitor_at_sample_;
     for (const char* channel : {"R", "G", "B"}) {
       write_frame(archive, FrameKind::sample, 0, channel, kSample, ratio * kWhiteAtCentre_dn_per_s,
-                  0.1);
+                  sample_exposure_s_);
     }
-    write_frame(archive, FrameKind::lamp_off, 0, "", kSample, 0.0, 0.1);
+    write_frame(archive, FrameKind::lamp_off, 0, "", kSample, 0.0, sample_exposure_s_);
     write_point(archive, 0, outcome_);
     if (!closing_white_) return;
     for (const char* channel : {"R", "G", "B"}) {
@@ -113,6 +120,11 @@ class Reduction : public testing::Test {
   double monitor_ = 1.0;
   std::string blind_channel_;  ///< that the monitor does not see
   double monitor_at_sample_ = 1.0;
+  double sample_exposure_s_ = 0.1;
+  double really_longer_s_ = 0.0;  ///< that light falls
+  double bend_ = 0.0;             ///< share that a full signal loses
+  std::vector<std::pair<int, int>> defective_;
+  std::uint16_t defective_dn_ = 0;
   std::optional<double> closing_white_;  ///< over the opening one
 };
 
@@ -215,6 +227,73 @@ TEST_F(Reduction, SaysHowUncertainTheWhiteMakesEverySampleOfAPose) {
   const samples::Sample sample = reduce_centre().samples.samples[0];
   EXPECT_NEAR(sample.u_common_per_sr[0] / sample.value_per_sr[0], 0.02, 1e-3);
   EXPECT_LT(sample.sigma_per_sr[0], 0.01 * sample.value_per_sr[0]);
+}
+
+TEST_F(Reduction, SaysHowUncertainTheSensorsCurveMakesASample) {
+  rig_.known.white.u_relative = 0.0;
+  rig_.known.u_linearity_relative = 0.004;
+  write_session(0.25);
+  const samples::Sample sample = reduce_centre().samples.samples[0];
+  EXPECT_NEAR(sample.u_common_per_sr[1] / sample.value_per_sr[1], 0.004, 1e-3);
+}
+
+TEST_F(Reduction, IsNotBentByASensorWhoseResponseIsKnown) {
+  // The sample shows twice the white's signal: 4000 DN to 2000 DN of 4031.
+  bend_ = 0.05;
+  write_session(2.0);
+  const double expected = 2.0 * std::numbers::sqrt3 / std::numbers::pi;
+  EXPECT_LT(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 0.97) << "not known";
+  // linear = m (1 + c1 u + c2 u^2) through both levels: m = 3803.05 and 1975.38 DN by hand.
+  const double m1 = 1975.38 / 4031.0;
+  const double m2 = 3803.05 / 4031.0;
+  const double a1 = (2000.0 / 1975.38 - 1.0) / m1;  // c1 + c2 m1
+  const double a2 = (4000.0 / 3803.05 - 1.0) / m2;
+  const double c2 = (a2 - a1) / (m2 - m1);
+  rig_.known.sensor.response = {4031.0, a1 - c2 * m1, c2};
+  EXPECT_NEAR(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 1.0, 2e-3);
+}
+
+TEST_F(Reduction, KnowsHowMuchLongerLightFallsInAShortExposure) {
+  really_longer_s_ = 1e-4;
+  sample_exposure_s_ = 1e-3;  // 10 % more light than it says; the white's 0.1 s are 0.1 %
+  write_session(20.0);
+  const double expected = 20.0 * std::numbers::sqrt3 / std::numbers::pi;
+  EXPECT_GT(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 1.05) << "not known";
+  rig_.known.sensor.shutter_offset_s = 1e-4;
+  // Rounding of 440 DN: 0.1 %.
+  EXPECT_NEAR(reduce_centre().samples.samples[0].value_per_sr[1] / expected, 1.0, 3e-3);
+}
+
+TEST_F(Reduction, RefusesAnExposureThatTheShutterOffsetLeavesNothingOf) {
+  sample_exposure_s_ = 5e-4;
+  write_session(0.25);
+  rig_.known.sensor.shutter_offset_s = -5e-4;
+  EXPECT_THAT(refusal(), HasSubstr("exposure: found 500 us, expected more than the 500 us"));
+}
+
+TEST_F(Reduction, IsNotBiasedByBadPixelsInThePatch) {
+  const double expected = 0.25 * std::numbers::sqrt3 / std::numbers::pi;
+  for (const auto& [column, row] : defective_ = {{16, 16}, {14, 17}, {15, 12}}) {
+    rig_.known.sensor.bad_pixels.push_back({column, row});
+  }
+  // Three of about 70 pixels: dead, hot by a few hundred DN, full. As pixels that are clipped or
+  // saturated they would take the whole spot with them.
+  for (const int dn : {0, 900, 4095}) {
+    folder_ = temporary_.path() / std::to_string(dn);
+    defective_dn_ = static_cast<std::uint16_t>(dn);
+    write_session(0.25);
+    EXPECT_NEAR(reduce_centre().samples.samples.at(0).value_per_sr[1] / expected, 1.0, 2e-3) << dn;
+  }
+}
+
+TEST_F(Reduction, DropsASpotThatBadPixelsLeaveLittleOf) {
+  for (int row = 10; row < 18; ++row) {
+    for (int column = 12; column < 20; ++column) {
+      rig_.known.sensor.bad_pixels.push_back({column, row});
+    }
+  }
+  write_session(0.25);
+  EXPECT_THAT(refusal(), HasSubstr("found no usable point"));
 }
 
 TEST_F(Reduction, GivesNoValueToASaturatedSpot) {

@@ -87,6 +87,21 @@ TEST_F(Session, ShortensTheExposureUntilNothingSaturates) {
   EXPECT_LT(std::chrono::duration<double>(shortest).count() * 2e6, 4095.0 - 64.0);
 }
 
+TEST_F(Session, ShortensNoExposureForABadPixel) {
+  rig_.camera.full_pixels = {16 * 32 + 16, 12 * 32 + 18};
+  rig_.known.sensor.bad_pixels = {{16, 16}, {18, 12}};
+  EXPECT_EQ(run().measured, 2);
+  for (const FrameRecord& record : frames(FrameKind::sample)) {
+    EXPECT_GE(record.exposure, options_.first_exposure);
+  }
+}
+
+TEST_F(Session, MovesNothingWhenTheShutterOffsetLeavesNothingOfTheShortestExposure) {
+  rig_.known.sensor.shutter_offset_s = -60e-6;  // the camera's shortest is 50 us
+  EXPECT_THAT(refusal(), HasSubstr("shutter_offset_s"));
+  EXPECT_EQ(moves(), 0);
+}
+
 TEST_F(Session, LengthensTheExposureUntilTheSpotIsPreciseEnough) {
   rig_.camera.lit_dn_per_s = 40.0;  // 0.8 DN in 20 ms
   EXPECT_EQ(run().measured, 2);

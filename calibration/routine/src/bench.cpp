@@ -40,11 +40,12 @@ double brightness(const devices::Frame& frame, const std::vector<std::uint8_t>& 
 }  // namespace
 
 Bench::Bench(acquisition::GuardedDevices& devices, const instrument::Instrument& instrument,
-             const RoutineSettings& settings, const Findings& findings, Tell tell)
+             const RoutineSettings& settings, Tell tell)
     : devices_(devices),
       instrument_(instrument),
       settings_(settings),
-      findings_(findings),
+      bad_pixels_(instrument::bad_pixel_mask(instrument.sensor, instrument.camera.width_px,
+                                             instrument.camera.height_px)),
       tell_(std::move(tell)),
       channels_(devices.devices().light->channels()),
       last_exposure_(settings.session.first_exposure) {}
@@ -93,7 +94,7 @@ nanoseconds Bench::exposure_for(double level) {
   const nanoseconds longest = std::min(camera.max_exposure, settings_.session.max_exposure);
   nanoseconds exposure = std::clamp(last_exposure_, camera.min_exposure, longest);
   for (int attempt = 0; attempt < kMaxTries; ++attempt) {
-    const double bright = brightness(frame(exposure), findings_.bad_pixels) - black;
+    const double bright = brightness(frame(exposure), bad_pixels_) - black;
     const bool saturated = bright > kSaturated * room;
     double factor = level * room / std::max(bright, 1.0);
     if (saturated) {
@@ -212,10 +213,8 @@ std::optional<PixelSignal> Bench::signal_at(const Picture& picture, const rig::J
       const std::size_t index =
           static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width_px) +
           static_cast<std::size_t>(column);
-      if (index < findings_.bad_pixels.size() && findings_.bad_pixels[index] != 0) continue;
-      double signal = picture.signal_dn[index];
-      if (findings_.linearity) signal = findings_.linearity->curve.linear_dn(signal);
-      sum += signal;
+      if (bad_pixels_[index] != 0) continue;
+      sum += instrument_.sensor.response.linear_dn(picture.signal_dn[index]);
       columns += column;
       rows += row;
       ++count;
@@ -223,9 +222,8 @@ std::optional<PixelSignal> Bench::signal_at(const Picture& picture, const rig::J
   }
   if (count == 0) return std::nullopt;
   const auto n = static_cast<double>(count);
-  const double offset_s = findings_.linearity ? findings_.linearity->shutter_offset_s.value : 0.0;
-  const double exposed_s = picture.exposure_s + offset_s;
   const instrument::SensorModel& sensor = instrument_.sensor;
+  const double exposed_s = picture.exposure_s + sensor.shutter_offset_s;
   const double mean = sum / n;
   const double read_dn = sensor.gain_dn_per_e * sensor.read_noise_e;
   const double temporal =

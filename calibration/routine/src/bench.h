@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <chrono>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -9,7 +10,6 @@
 
 #include "gonio/acquisition/guarded_devices.h"
 #include "gonio/calibration/radiometry/white_view.h"
-#include "gonio/calibration/routine/findings.h"
 #include "gonio/calibration/routine/settings.h"
 #include "gonio/instrument/instrument.h"
 
@@ -41,12 +41,13 @@ class Bench {
 
   /// All that is passed by reference must outlive it. `instrument` is what is known by now.
   Bench(acquisition::GuardedDevices& devices, const instrument::Instrument& instrument,
-        const RoutineSettings& settings, const Findings& findings, Tell tell);
+        const RoutineSettings& settings, Tell tell);
 
   acquisition::GuardedDevices& devices() { return devices_; }
   const instrument::Instrument& instrument() const { return instrument_; }
   const RoutineSettings& settings() const { return settings_; }
-  const Findings& findings() const { return findings_; }
+  /// As instrument::bad_pixel_mask().
+  const std::vector<std::uint8_t>& bad_pixels() const { return bad_pixels_; }
 
   /// Index of an axis by name.
   std::size_t axis(const std::string& name) const;
@@ -88,7 +89,7 @@ class Bench {
   acquisition::GuardedDevices& devices_;
   const instrument::Instrument& instrument_;
   const RoutineSettings& settings_;
-  const Findings& findings_;
+  std::vector<std::uint8_t> bad_pixels_;
   Tell tell_;
   std::vector<devices::LightChannel> channels_;
   std::chrono::nanoseconds last_exposure_;

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <stdexcept>
 
 #include "evaluate_steps.h"
@@ -40,6 +42,32 @@ void use_sensor(const Findings& findings, instrument::SensorModel& sensor) {
         std::max(0.0, findings.darks->dark_current_dn_per_s.value / sensor.gain_dn_per_e);
   }
   if (findings.non_uniformity) sensor.prnu = findings.non_uniformity->prnu.value;
+  if (findings.linearity) {
+    sensor.response = findings.linearity->curve;
+    sensor.shutter_offset_s = findings.linearity->shutter_offset_s.value;
+  }
+}
+
+void use_bad_pixels(const Findings& findings, instrument::Instrument& instrument) {
+  if (findings.bad_pixels.empty()) return;
+  instrument.sensor.bad_pixels.clear();
+  const int width = instrument.camera.width_px;
+  for (std::size_t i = 0; i < findings.bad_pixels.size(); ++i) {
+    if (findings.bad_pixels[i] == 0) continue;
+    const int pixel = static_cast<int>(i);
+    instrument.sensor.bad_pixels.push_back({pixel % width, pixel / width});
+  }
+}
+
+/// What the curve leaves of a signal, relative: the sweep's scatter about it and, where it is
+/// known worst, the curve's own error. The offset's is not in it: it goes with the exposure.
+double residual_of(const sensor::Linearity& linearity) {
+  // Of a normal error, standard deviation over mean absolute deviation.
+  const double per_mean = std::sqrt(0.5 * std::numbers::pi);
+  const double scatter = per_mean * 0.01 * linearity.after_curve_percent;
+  const auto& v = linearity.covariance;  // at u = 1: of c1 + c2
+  const double curve = v(2, 2) + 2.0 * v(2, 3) + v(3, 3);
+  return std::hypot(scatter, std::sqrt(std::max(0.0, curve)));
 }
 
 /// Axes, home poses and links as found; limits, speeds and names stay.
@@ -62,6 +90,7 @@ instrument::Instrument calibrated(const instrument::Instrument& nominal, const F
   instrument::Instrument found = nominal;
   use_repeatability(findings, found.rig);
   use_sensor(findings, found.sensor);
+  use_bad_pixels(findings, found);
   use_geometry(findings, found.rig);
   if (findings.intrinsics) found.camera = findings.intrinsics->camera;
   if (findings.stage) found.camera = findings.stage->camera;
@@ -74,7 +103,7 @@ instrument::Instrument calibrated(const instrument::Instrument& nominal, const F
     }
   }
   if (findings.linearity) {
-    found.u_linearity_relative = 0.01 * findings.linearity->le_percent;
+    found.u_linearity_relative = residual_of(*findings.linearity);
   }
   if (findings.zeros) {
     const double zeros = 0.5 * findings.zeros->covariance.trace();

@@ -56,7 +56,7 @@ sensor::LevelStatistics level(Bench& bench, nanoseconds exposure) {
   const devices::Frame second = bench.frame(exposure);
   sensor::LevelOptions options;
   options.region = region_on_target(bench, kRegionOfTarget);
-  options.bad_pixels = bench.findings().bad_pixels;
+  options.bad_pixels = bench.bad_pixels();
   options.saturation_dn = bench.saturation_dn();
   return sensor::level_statistics(view_of(first), view_of(second), options);
 }
@@ -169,7 +169,7 @@ Observations look_at_photon_transfer(Bench& bench) {
   bench.devices().close_shutter();
   const sensor::PixelStack dark = stack(bench, half, bench.settings().flat_frames);
   seen.non_uniformity = sensor::fit_non_uniformity(
-      dark, bright, region_on_target(bench, kRegionOfTarget), bench.findings().bad_pixels);
+      dark, bright, region_on_target(bench, kRegionOfTarget), bench.bad_pixels());
   return seen;
 }
 

@@ -137,10 +137,9 @@ const instrument::StepResult& Routine::take(const std::string& name,
       guarded.home_all();
       homed_ = true;
     }
-    Bench bench(guarded, known, settings_, findings_,
-                [&](const std::string& what, double fraction) {
-                  if (progress) progress({name, what, fraction});
-                });
+    Bench bench(guarded, known, settings_, [&](const std::string& what, double fraction) {
+      if (progress) progress({name, what, fraction});
+    });
     seen = look(name, bench);
   }
   Findings findings = findings_;

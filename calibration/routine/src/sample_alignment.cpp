@@ -123,9 +123,8 @@ SampleAlignment align_sample(const acquisition::DeviceSet& devices,
       [](std::chrono::nanoseconds, const std::string&, const std::string&) {}, stop);
   guarded.home_all();
   guarded.mount(devices::Target::sample);
-  const Findings nothing;
   std::size_t arm = 0;
-  Bench bench(guarded, known, settings, nothing, [&](const std::string& what, double fraction) {
+  Bench bench(guarded, known, settings, [&](const std::string& what, double fraction) {
     if (progress) {
       progress(what, (static_cast<double>(arm) + fraction) / static_cast<double>(kArms_deg.size()));
     }

@@ -54,7 +54,7 @@ struct TransferPoint {
 };
 
 TransferPoint linearised(const LevelStatistics& level, double black_dn,
-                         const std::optional<ResponseCurve>& response) {
+                         const std::optional<instrument::ResponseCurve>& response) {
   TransferPoint point;
   point.signal_dn = level.mean_dn.value - black_dn;
   point.variance_dn2 = level.variance_dn2.value;

@@ -13,6 +13,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "gonio-calibration";
 constexpr int kVersion = 1;
+constexpr std::size_t kMaxBadPixels = 1000000;
+constexpr int kLastPixel = 65535;  ///< of a row or column
 constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20U;
 
 CameraModel camera_from_json(JsonFields fields) {
@@ -30,6 +32,14 @@ CameraModel camera_from_json(JsonFields fields) {
   return camera;
 }
 
+ResponseCurve response_from_json(JsonFields fields) {
+  ResponseCurve curve{fields.number("scale_dn"), fields.number("c1"), fields.number("c2")};
+  fields.finish();
+  return curve;
+}
+
+/// The last three are younger than the format: a file without them has a straight sensor without
+/// bad pixels.
 SensorModel sensor_from_json(JsonFields fields) {
   SensorModel sensor{.gain_dn_per_e = fields.number("gain_dn_per_e"),
                      .read_noise_e = fields.number("read_noise_e"),
@@ -38,8 +48,21 @@ SensorModel sensor_from_json(JsonFields fields) {
                      .saturation_dn = fields.number("saturation_dn"),
                      .dark_current_e_per_s = fields.number("dark_current_e_per_s"),
                      .prnu = fields.number("prnu")};
+  if (fields.has("response")) sensor.response = response_from_json(fields.object("response"));
+  if (fields.has("shutter_offset_s")) sensor.shutter_offset_s = fields.number("shutter_offset_s");
+  if (fields.has("bad_pixels")) {
+    for (const auto& [column, row] : fields.pairs("bad_pixels", kMaxBadPixels, kLastPixel)) {
+      sensor.bad_pixels.push_back({column, row});
+    }
+  }
   fields.finish();
   return sensor;
+}
+
+Json pixels_to_json(const std::vector<PixelPlace>& pixels) {
+  Json list = Json::array();
+  for (const PixelPlace& pixel : pixels) list.push_back(Json::array({pixel.column, pixel.row}));
+  return list;
 }
 
 Vignetting vignetting_from_json(JsonFields fields) {
@@ -132,7 +155,13 @@ std::string to_json(const Instrument& instrument) {
                            {"black_level_dn", sensor.black_level_dn},
                            {"saturation_dn", sensor.saturation_dn},
                            {"dark_current_e_per_s", sensor.dark_current_e_per_s},
-                           {"prnu", sensor.prnu}}},
+                           {"prnu", sensor.prnu},
+                           {"response",
+                            {{"scale_dn", sensor.response.scale_dn},
+                             {"c1", sensor.response.c1},
+                             {"c2", sensor.response.c2}}},
+                           {"shutter_offset_s", sensor.shutter_offset_s},
+                           {"bad_pixels", pixels_to_json(sensor.bad_pixels)}}},
                          {"vignetting",
                           {{"v1", instrument.vignetting.v1},
                            {"v2", instrument.vignetting.v2},

@@ -32,6 +32,15 @@ TEST(Routine, FindsTheSensorOfAHiddenWorldAndGoesOnFromTheFolder) {
     const auto found = routine.instrument().sensor;
     EXPECT_NEAR(found.gain_dn_per_e / truth.dn_per_electron, 1.0, 0.01);
     EXPECT_NEAR(found.read_noise_e / truth.read_noise_e, 1.0, 0.03);
+    EXPECT_NEAR(found.shutter_offset_s, devices::to_seconds(truth.shutter_offset), 1.5e-6);
+    // A signal of 3000 DN is bent by 0.16 %.
+    const double read_dn = truth.black_level_dn + 3000.0;
+    const double bent_dn = read_dn * (1.0 - truth.nonlinearity * std::pow(read_dn / 4095.0, 2));
+    EXPECT_NEAR(found.response.linear_dn(bent_dn - truth.black_level_dn) / 3000.0, 1.0, 0.0008);
+    // 0.02 % of the pixels are hot; some are too little so to be told from the others.
+    const double pixels = 612.0 * 512.0;
+    EXPECT_GT(static_cast<double>(found.bad_pixels.size()), 0.00015 * pixels);
+    EXPECT_LT(static_cast<double>(found.bad_pixels.size()), 0.002 * pixels);
   }
   Routine again = routine_in(folder.path() / "cal");
   EXPECT_EQ(again.state_of("photon_transfer"), instrument::StepState::valid);

@@ -34,9 +34,11 @@ struct Reduction {
   double white_drift_relative = 0.0;  ///< closing over opening white, worst channel, minus 1
 };
 
-/// Pure function of archive, instrument and options. Independent sigma from the noise model, sigma
-/// common to a pose from white, lamp and linearity, angle uncertainty from the instrument's normal.
-/// Throws DataFormatError when the archive has no white or no usable point.
+/// Pure function of archive, instrument and options. Signals are those of a straight sensor
+/// (response curve, shutter offset); bad pixels are left out of every mean and of the pixels that a
+/// spot must have. Independent sigma from the noise model, sigma common to a pose from white, lamp
+/// and linearity, angle uncertainty from the instrument's normal. Throws DataFormatError when the
+/// archive has no white or no usable point.
 Reduction reduce(const SessionReader& archive, const instrument::Instrument& instrument,
                  const ReductionOptions& options = {});
 

@@ -1,16 +1,26 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "gonio/brdf/brdf_model.h"
 #include "gonio/instrument/camera_model.h"
+#include "gonio/instrument/response_curve.h"
 #include "gonio/rig/rig_description.h"
 
 namespace gonio::instrument {
 
-/// Noise model of a linear sensor (EMVA 1288 terms).
+/// A pixel by its place in the frame, from 0.
+struct PixelPlace {
+  int column = 0;
+  int row = 0;
+
+  bool operator==(const PixelPlace&) const = default;
+};
+
+/// Noise model of a nearly linear sensor (EMVA 1288 terms) and what makes its values linear.
 struct SensorModel {
   double gain_dn_per_e = 0.0;
   double read_noise_e = 0.0;
@@ -18,7 +28,10 @@ struct SensorModel {
   double black_level_dn = 0.0;
   double saturation_dn = 0.0;  ///< a pixel at or above it carries no value
   double dark_current_e_per_s = 0.0;
-  double prnu = 0.0;  ///< relative sd of the pixels' responsivity
+  double prnu = 0.0;              ///< relative sd of the pixels' responsivity
+  ResponseCurve response = {};    ///< straight unless found otherwise
+  double shutter_offset_s = 0.0;  ///< light falls for this much longer than an exposure says
+  std::vector<PixelPlace> bad_pixels = {};  ///< that carry no value, in any order
 };
 
 /// Relative responsivity over the image, 1 at the principal point: V = 1 + v1 q + v2 q^2 + v3 q^3,
@@ -72,13 +85,17 @@ struct Instrument {
   Vignetting vignetting;
   LampField lamp_field;
   WhiteReference white;
-  Angle u_normal;                ///< sd per tangential axis of the sample normal's direction
-  double u_lamp_relative = 0.0;  ///< lamp field and monitor, per pose
-  double u_linearity_relative = 0.0;
+  Angle u_normal;                     ///< sd per tangential axis of the sample normal's direction
+  double u_lamp_relative = 0.0;       ///< lamp field and monitor, per pose
+  double u_linearity_relative = 0.0;  ///< what the response curve leaves
 
   /// Throws std::invalid_argument naming the field and its value.
   void validate() const;
 };
+
+/// Not 0 where a pixel carries no value, row-major. Throws std::invalid_argument for a bad pixel
+/// outside the frame.
+std::vector<std::uint8_t> bad_pixel_mask(const SensorModel& sensor, int width_px, int height_px);
 
 /// Response of a pixel relative to the principal point.
 double relative_response(const Instrument& instrument, double column, double row);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
@@ -62,6 +63,8 @@ class JsonFields {
     }
     return value.get<std::int64_t>();
   }
+  /// Of a key that a file may leave out.
+  bool has(const char* key) const { return object_.contains(key); }
   bool is_null(const char* key) { return at(key).is_null(); }
   std::optional<double> number_or_null(const char* key) {
     if (is_null(key)) return std::nullopt;
@@ -84,6 +87,26 @@ class JsonFields {
   std::vector<double> numbers(const char* key) {
     const std::size_t count = array(key).size();
     return numbers(key, count);
+  }
+  /// At most `max_count` pairs of whole numbers from 0 to `max`; may be more than other arrays.
+  std::vector<std::array<int, 2>> pairs(const char* key, std::size_t max_count, int max) {
+    const nlohmann::json& array = at(key);
+    if (!array.is_array()) fail(key, "a list of pairs");
+    if (array.size() > max_count) fail(key, fmt::format("at most {} pairs", max_count));
+    std::vector<std::array<int, 2>> values;
+    for (std::size_t i = 0; i < array.size(); ++i) {
+      const nlohmann::json& pair = array[i];
+      const auto whole = [max](const nlohmann::json& number) {
+        return number.is_number_integer() && number.get<double>() >= 0.0 &&
+               number.get<double>() <= max;
+      };
+      if (!pair.is_array() || pair.size() != 2 || !whole(pair[0]) || !whole(pair[1])) {
+        fail_at(fmt::format("{}[{}]", where(key), i), pair,
+                fmt::format("two whole numbers from 0 to {}", max));
+      }
+      values.push_back({pair[0].get<int>(), pair[1].get<int>()});
+    }
+    return values;
   }
   bool is_array(const char* key) { return at(key).is_array(); }
   std::vector<std::string> texts(const char* key) {
@@ -162,11 +185,14 @@ class JsonFields {
     return key.empty() ? place_ : place_ + "." + key;
   }
   [[noreturn]] void fail(const std::string& key, const std::string& expected) const {
-    const nlohmann::json& found = key.empty() ? object_ : object_.at(key);
+    fail_at(where(key), key.empty() ? object_ : object_.at(key), expected);
+  }
+  [[noreturn]] void fail_at(const std::string& place, const nlohmann::json& found,
+                            const std::string& expected) const {
     std::string shown = found.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     constexpr std::size_t kShown = 40;
     if (shown.size() > kShown) shown = shown.substr(0, kShown) + "...";
-    throw DataFormatError(file_, where(key), fmt::format("found {}, expected {}", shown, expected));
+    throw DataFormatError(file_, place, fmt::format("found {}, expected {}", shown, expected));
   }
 
   const nlohmann::json& object_;

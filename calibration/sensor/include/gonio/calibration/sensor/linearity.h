@@ -6,8 +6,8 @@
 
 #include "gonio/calibration/result/estimate.h"
 #include "gonio/calibration/sensor/level_statistics.h"
-#include "gonio/calibration/sensor/response_curve.h"
 #include "gonio/instrument/acceptance_check.h"
+#include "gonio/instrument/response_curve.h"
 
 namespace gonio::calibration::sensor {
 
@@ -32,7 +32,7 @@ struct Linearity {
   double after_curve_percent = 0.0;  ///< mean |deviation| with the curve applied
   Estimate shutter_offset_s;         ///< light falls for t + offset
   Estimate rate_dn_per_s;            ///< at low signal
-  ResponseCurve curve;
+  instrument::ResponseCurve curve;
   /// Of rate (DN/s), shutter offset (s), c1, c2; c2 row and column 0 with one correction term.
   Eigen::Matrix4d covariance;
   double chi2_per_dof = 0.0;  ///< above 1 the covariance is widened by it

@@ -7,7 +7,7 @@
 
 #include "gonio/calibration/result/estimate.h"
 #include "gonio/calibration/sensor/level_statistics.h"
-#include "gonio/calibration/sensor/response_curve.h"
+#include "gonio/instrument/response_curve.h"
 
 namespace gonio::calibration::sensor {
 
@@ -17,7 +17,7 @@ struct PhotonTransferOptions {
   std::size_t min_levels = 6;     ///< within the fit
   /// The sensor's bend, if linearity was measured. Without it the curvature of the fit takes up
   /// most: 0.3 % of nonlinearity leaves a bias of 0.1 % on the gain.
-  std::optional<ResponseCurve> response = std::nullopt;
+  std::optional<instrument::ResponseCurve> response = std::nullopt;
   /// Adds the term c s^2, which nonlinearity and charge that spreads to neighbours cause. It
   /// doubles the gain's sigma; at 1 % of nonlinearity a straight line is off by 0.7 %, this by
   /// 0.25.

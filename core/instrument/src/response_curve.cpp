@@ -1,4 +1,4 @@
-#include "gonio/calibration/sensor/response_curve.h"
+#include "gonio/instrument/response_curve.h"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,7 @@
 
 #include "gonio/errors/errors.h"
 
-namespace gonio::calibration::sensor {
-
-double ResponseCurve::linear_dn(double measured_dn) const {
-  const double u = measured_dn / scale_dn;
-  return measured_dn * (1.0 + u * (c1 + u * c2));
-}
+namespace gonio::instrument {
 
 double ResponseCurve::slope(double measured_dn) const {
   const double u = measured_dn / scale_dn;
@@ -38,4 +33,4 @@ double ResponseCurve::measured_dn(double linear_dn) const {
       c2, linear_dn));
 }
 
-}  // namespace gonio::calibration::sensor
+}  // namespace gonio::instrument
