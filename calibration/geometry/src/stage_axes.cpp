@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "board_checks.h"
@@ -169,6 +170,41 @@ void refine_stage(StageGeometry& geometry, const Intrinsics& camera,
   result.rms_px = std::sqrt(squares / corners);
 }
 
+/// Where a view's corners say that its two joints stand, off their readings (rad). Gauss-Newton
+/// without the prior of the search: an axis that is off by more than it should be shows in full.
+Eigen::Vector2d joint_residual(const StageView& view, const StageGeometry& geometry) {
+  const auto size = 2 * static_cast<Eigen::Index>(view.board.corners.size());
+  const auto residual = [&](const Eigen::Vector2d& turned) {
+    Eigen::VectorXd pixels(size);
+    pixel_residuals(view.board, geometry.camera, geometry.camera_from_board(view.joints, turned),
+                    pixels);
+    return pixels;
+  };
+  Eigen::Vector2d turned = Eigen::Vector2d::Zero();
+  constexpr int kSteps = 3;  // of a problem that is nearly linear: arc minutes at most
+  for (int k = 0; k < kSteps; ++k) {
+    Eigen::MatrixX2d jacobian(size, 2);
+    for (Eigen::Index axis = 0; axis < 2; ++axis) {
+      const Eigen::Vector2d step = kAngleStep_rad * Eigen::Vector2d::Unit(axis);
+      jacobian.col(axis) =
+          (residual(turned + step) - residual(turned - step)) / (2.0 * kAngleStep_rad);
+    }
+    turned -=
+        (jacobian.transpose() * jacobian).ldlt().solve(jacobian.transpose() * residual(turned));
+  }
+  return turned;
+}
+
+void store_joint_residuals(const StageGeometry& geometry, std::span<const StageView> views,
+                           StageAxes& result) {
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    result.joint_residuals.push_back(
+        result.views[v].used
+            ? joint_residual(views[v], geometry)
+            : Eigen::Vector2d(Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN())));
+  }
+}
+
 }  // namespace
 
 StageAxes fit_stage_axes(const rig::RigDescription& nominal, const Intrinsics& camera,
@@ -201,6 +237,7 @@ StageAxes fit_stage_axes(const rig::RigDescription& nominal, const Intrinsics& c
       require_views(step, result.views, options.min_views);
       refine_stage(geometry, camera, views, options, result);
     }
+    store_joint_residuals(geometry, views, result);
     store(geometry, result);
   } catch (const NumericalError& error) {
     throw StepRefused(

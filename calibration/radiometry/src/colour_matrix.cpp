@@ -16,6 +16,11 @@ constexpr std::size_t kMinPatches = 6;
 // Eigenvalues of the weighted moment matrix: a grey scale has 1e-4 and less.
 constexpr double kMinSpan = 2e-4;
 
+/// A colour as sRGB can show it.
+render::Lab shown(const Eigen::Vector3d& linear_srgb) {
+  return render::lab_from_linear_srgb(linear_srgb.array().max(0.0).min(1.0));
+}
+
 }  // namespace
 
 ColourMatrix fit_colour_matrix(const std::vector<ChartPatch>& patches,
@@ -54,10 +59,9 @@ ColourMatrix fit_colour_matrix(const std::vector<ChartPatch>& patches,
                              camera_white.dot(direction);
 
   for (const ChartPatch& patch : patches) {
-    const Eigen::Array3d found = (result.matrix * patch.camera).array().max(0.0).min(1.0);
-    const Eigen::Array3d wanted = patch.target.array().max(0.0).min(1.0);
-    const double difference = render::delta_e_2000(render::lab_from_linear_srgb(found),
-                                                   render::lab_from_linear_srgb(wanted));
+    const Eigen::Vector3d found = result.matrix * patch.camera;
+    const double difference = render::delta_e_2000(shown(found), shown(patch.target));
+    result.patches.push_back({patch.target, found, difference});
     result.mean_delta_e += difference / static_cast<double>(patches.size());
     result.max_delta_e = std::max(result.max_delta_e, difference);
   }

@@ -163,6 +163,30 @@ TEST(StageAxes, FindWhichWayAnAxisCounts) {
   }
 }
 
+TEST(StageAxes, ResidualsOfTheJointsShowAnArrivalThatWasOff) {
+  const auto hidden = hidden_rig(4, Scale::Full);
+  auto views = stage_views(hidden, 4, 0.003, 0.0);
+  constexpr std::size_t kOff = 12;
+  views[kOff].joints[1] -= Angle::from_degrees(0.02);  // azimuth stands this much beyond it
+  views[kOff].joints[2] += Angle::from_degrees(0.01);
+  StageAxesOptions options;
+  options.u_joint = Angle::from_degrees(0.002);
+  options.outlier_factor = 1e9;
+  const StageAxes found =
+      fit_stage_axes(rig::la2(), known_camera(hidden.camera, 4), views, options);
+  ASSERT_EQ(found.joint_residuals.size(), views.size());
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    if (!found.views[v].used) {  // slanted too much
+      EXPECT_TRUE(found.joint_residuals[v].array().isNaN().all());
+      continue;
+    }
+    const Eigen::Vector2d residual_deg = found.joint_residuals[v] * 180.0 / 3.14159265358979323846;
+    const Eigen::Vector2d expected =
+        v == kOff ? Eigen::Vector2d(0.02, -0.01) : Eigen::Vector2d(0.0, 0.0);
+    EXPECT_LT((residual_deg - expected).cwiseAbs().maxCoeff(), 0.004) << "view " << v;
+  }
+}
+
 TEST(StageAxes, FindAnEccentricEncoder) {
   const auto hidden = hidden_rig(6, Scale::Full);
   random::Stream stream(random::make_key(6, "eccentric"));

@@ -44,6 +44,21 @@ TEST(ColourMatrix, KeepsTheWhiteWhateverTheNoise) {
   EXPECT_GT(found.mean_delta_e, 0.05);
 }
 
+TEST(ColourMatrix, TellsPatchByPatchWhatItIsOffBy) {
+  auto patches = chart(0.0);
+  patches[3].target += Eigen::Vector3d(0.05, 0.0, 0.0);  // a faded patch
+  patches[3].weight = 1e-6;
+  const ColourMatrix found = fit_colour_matrix(patches, kTruth.inverse() * kWhite, kWhite);
+  ASSERT_EQ(found.patches.size(), patches.size());
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    EXPECT_EQ(found.patches[i].certified, patches[i].target);
+    EXPECT_TRUE(found.patches[i].found.isApprox(kTruth * patches[i].camera, 1e-5));
+    EXPECT_EQ(found.patches[i].delta_e < 0.01, i != 3) << i;
+  }
+  EXPECT_GT(found.patches[3].delta_e, 1.0);
+  EXPECT_EQ(found.patches[3].delta_e, found.max_delta_e);
+}
+
 TEST(ColourMatrix, HeavyPatchesCountMore) {
   auto patches = chart(0.0);
   patches[3].target += Eigen::Vector3d(0.05, 0.0, 0.0);  // a faded patch

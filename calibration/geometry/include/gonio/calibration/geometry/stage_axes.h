@@ -80,10 +80,13 @@ struct StageAxes {
   Eigen::Isometry3d board_from_sample = Eigen::Isometry3d::Identity();  ///< mm; the board's mount
   Eccentricity azimuth_eccentricity;
   Eccentricity tilt_eccentricity;
-  Eigen::MatrixXd covariance;      ///< of the errors in the order of stage_parameter
-  double rms_px = 0.0;             ///< of the corners' distances from the model, used views
-  double sigma_px = 0.0;           ///< standard deviation of one coordinate of a corner
-  std::vector<FittedView> views;   ///< as given
+  Eigen::MatrixXd covariance;     ///< of the errors in the order of stage_parameter
+  double rms_px = 0.0;            ///< of the corners' distances from the model, used views
+  double sigma_px = 0.0;          ///< standard deviation of one coordinate of a corner
+  std::vector<FittedView> views;  ///< as given
+  /// Per view, as given: by how much azimuth and tilt stand off their readings (rad) where all else
+  /// is as found, from this view's corners alone. Not a number for views left out.
+  std::vector<Eigen::Vector2d> joint_residuals;
   std::vector<std::string> notes;  ///< what a person should know: an axis that counts backwards
 };
 

@@ -12,10 +12,18 @@ struct ChartPatch {
   double weight = 1.0;     ///< above 0
 };
 
+/// What the matrix makes of a patch.
+struct PatchFit {
+  Eigen::Vector3d certified;  ///< ChartPatch::target
+  Eigen::Vector3d found;      ///< linear sRGB, white = 1; not clipped
+  double delta_e = 0.0;       ///< CIEDE2000 between the two
+};
+
 struct ColourMatrix {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();  ///< target = matrix * camera
   double mean_delta_e = 0.0;                             ///< CIEDE2000 over the patches
   double max_delta_e = 0.0;
+  std::vector<PatchFit> patches;  ///< as given
 };
 
 /// Weighted least squares over the patches with the white kept: matrix * camera_white =
