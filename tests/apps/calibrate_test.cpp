@@ -65,6 +65,47 @@ TEST_F(Calibrate, ASessionRefusesACalibrationThatIsNotThroughYet) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "session"));
 }
 
+TEST_F(Calibrate, RigCheckAndStatusSayWhichCalibrationIsUsedAndUntilWhen) {
+  run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks", "warm_up"});
+  auto constants = nlohmann::json::parse(run({"rig", "example", "--type", "calibration"}).out);
+  const nlohmann::json camera = {{"width_px", 80}, {"height_px", 64}, {"fx_px", 345.0},
+                                 {"fy_px", 345.0}, {"cx_px", 39.5},   {"cy_px", 31.5}};
+  constants["camera"].update(camera);
+  folder.write("cal/instrument.json", constants.dump());
+  // The darks are of 2023.
+  auto archive = nlohmann::json::parse(
+      files::read_text_file(folder.path() / "cal" / "calibration.json", kEnough));
+  for (auto& result : archive["results"]) {
+    if (result["step"] != "darks") continue;
+    result["finished_utc_s"] = 1'699'999'000;
+    result["valid_until_utc_s"] = 1'700'000'000;
+  }
+  folder.write("cal/calibration.json", archive.dump());
+  folder.write("used.toml", "[rig]\ncalibration = \"cal\"\n" + kSmallRig);
+  const Ended nominal = run({"rig", "check", "rig.toml"});
+  EXPECT_THAT(nominal.out, HasSubstr("without age"));
+  const Ended check = run({"rig", "check", "used.toml"});
+  const std::string said = ", valid until 2023-11-14T22:13:20Z, expired: darks; missing: homing, ";
+  EXPECT_THAT(check.out, HasSubstr("calibration     "));
+  EXPECT_THAT(check.out, HasSubstr("cal" + said));
+  EXPECT_THAT(check.out, HasSubstr("against it    darks is expired since 2023-11-14 22:13 UTC"));
+  const auto document = nlohmann::json::parse(run({"rig", "check", "used.toml", "--json"}).out);
+  EXPECT_THAT(document["calibration_text"].get<std::string>(), HasSubstr(said));
+  EXPECT_GE(document["calibration_reasons"].size(), 17U);
+
+  run({"measure", "used.toml", "--plan", "list.csv", "--out", "session", "--material",
+       "builtin:grey-abs", "--accept-calibration"});
+  const Ended status = run({"status", "session"});
+  EXPECT_THAT(status.out, HasSubstr("calibration      "));
+  EXPECT_THAT(status.out, HasSubstr("cal" + said));
+  EXPECT_THAT(status.out, HasSubstr("calibration_accepted_despite"));
+  EXPECT_THAT(status.out, testing::Not(HasSubstr("calibration_open_steps")));
+  train();
+  run({"report", "session", "--basis", "basis.h5", "--out", "report.html"});
+  EXPECT_THAT(files::read_text_file(folder.path() / "report.html", kEnough),
+              HasSubstr("cal" + said));
+}
+
 TEST_F(Calibrate, AMatteSampleIsAlignedByItsSeat) {
   run({"align", "rig.toml", "--out", "a.json", "--seat-sigma", "0.1", "--sample-id", "A17"});
   const auto document =

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "calibration_setup.h"
 #include "command.h"
 #include "gonio/console/printable.h"
 #include "gonio/design/published_sets.h"
@@ -10,6 +12,7 @@
 #include "gonio/rig/reach.h"
 #include "json_text.h"
 #include "patch_geometry.h"
+#include "session_calibration.h"
 
 namespace gonio::cli {
 namespace {
@@ -37,6 +40,12 @@ std::string reach_text(const rig::ReachStatistics& reach, bool closed_form) {
   return text;
 }
 
+/// Which calibration sessions on this rig file use, and until when.
+std::string used_text(const instrument::Instrument& known,
+                      const std::optional<SessionCalibration>& calibration) {
+  return calibration ? calibration->text() : calibration_text({{"calibration", known.id}});
+}
+
 int check(Context& context, const CheckOptions& options) {
   const RigFile file = read_rig_file(options.rig);
   const instrument::Instrument known = instrument_of(file);
@@ -53,13 +62,20 @@ int check(Context& context, const CheckOptions& options) {
   if (file.driver == RigFile::Driver::hardware) check_hardware_options(file);
   // Nothing moves: opening a device asks who it is and closes the shutter.
   std::vector<DeviceIdentity> devices = named_devices(file);
-  if (options.connect) devices = open_rig(file, Parts::all, context.stop)->identities();
+  std::optional<SessionCalibration> calibration = session_calibration(file, "");
+  if (options.connect) {
+    const auto opened = open_rig(file, Parts::all, context.stop);
+    devices = opened->identities();
+    if (calibration) calibration->use.serials = serials_of(*opened);
+  }
   const bool in_plane_only = rig::reach_rank(known.rig) < 3;
   if (options.json) {
     nlohmann::ordered_json refused = nlohmann::ordered_json::object();
     for (const auto& [reason, cells] : reach.refused) {
       refused[std::string(rig::to_string(reason))] = cells;
     }
+    const std::vector<std::string> reasons =
+        calibration ? calibration->reasons() : std::vector<std::string>{};
     nlohmann::ordered_json identities = nlohmann::ordered_json::object();
     for (const DeviceIdentity& each : devices) identities[each.device] = each.identity;
     const nlohmann::ordered_json result = {{"rig", known.rig.name},
@@ -73,13 +89,21 @@ int check(Context& context, const CheckOptions& options) {
                                            {"refused_cells", refused},
                                            {"published_ten_reached", published_reached},
                                            {"connected", options.connect},
-                                           {"devices", identities}};
+                                           {"devices", identities},
+                                           {"calibration_text", used_text(known, calibration)},
+                                           {"calibration_reasons", reasons}};
     context.console.result(json_text(result));
     return kSuccess;
   }
   std::string text = fmt::format("rig             {} ({})\n", known.rig.name,
                                  inverse.closed_form() ? "closed form" : "numeric inverse");
-  text += fmt::format("constants       {}\n", known.id);
+  text += fmt::format("constants       {}\n", printable_line(known.id));
+  text += fmt::format("calibration     {}\n", printable_line(used_text(known, calibration)));
+  if (calibration) {
+    for (const std::string& reason : calibration->reasons()) {
+      text += fmt::format("  against it    {}\n", printable_line(reason));
+    }
+  }
   for (const rig::Axis& axis : known.rig.axes) {
     text += fmt::format("axis            {:<12} {:g} to {:g} deg, home {:g}, {:g} deg/s\n",
                         axis.name, axis.min.degrees(), axis.max.degrees(), axis.home.degrees(),

@@ -7,6 +7,7 @@
 #include "gonio/console/printable.h"
 #include "json_text.h"
 #include "planning.h"
+#include "session_calibration.h"
 #include "session_run.h"
 
 namespace gonio::cli {
@@ -16,6 +17,12 @@ struct StatusOptions {
   std::string session;
   bool json = false;
 };
+
+/// What the line on the calibration says already.
+bool in_calibration_text(const std::string& key) {
+  return key == "calibration_folder" || key == "calibration_valid_until_utc" ||
+         key == "calibration_open_steps";
+}
 
 int status(Context& context, const StatusOptions& options) {
   const std::filesystem::path folder(options.session);
@@ -42,8 +49,10 @@ int status(Context& context, const StatusOptions& options) {
     text += fmt::format("points           {}, {} measured\n", archive.points().size(), measured);
     for (const auto& [kind, count] : frames)
       text += fmt::format("frames           {:4} {}\n", count, kind);
+    text +=
+        fmt::format("calibration      {}\n", printable_line(calibration_text(archive.metadata())));
     for (const auto& [key, value] : archive.metadata()) {
-      if (!value.empty())
+      if (!value.empty() && !in_calibration_text(key))
         text += fmt::format("{:<24} {}\n", printable_line(key), printable_line(value));
     }
     for (const auto& point : archive.points()) {

@@ -13,6 +13,7 @@
 #include "gonio/quality/physics_checks.h"
 #include "gonio/quality/verdict.h"
 #include "provenance.h"
+#include "session_calibration.h"
 
 namespace gonio::cli {
 namespace {
@@ -89,7 +90,9 @@ report::ReportData session_report(const StoredSession& session) {
   fact("Camera", metadata(archive, "camera"));
   fact("Lamp", metadata(archive, "lamp_channels"));
   fact("White reference", metadata(archive, "white_reference"));
-  fact("Calibration", metadata(archive, "calibration"));
+  fact("Constants", metadata(archive, "calibration"));
+  fact("Calibration", calibration_text(archive.metadata()));
+  fact("Used despite", metadata(archive, "calibration_accepted_despite"));
   if (metadata(archive, "driver") == "simulated") {
     fact("Data", "simulated rig; material " + metadata(archive, "simulated_material") + ", seed " +
                      metadata(archive, "seed"));

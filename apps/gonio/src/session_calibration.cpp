@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -10,11 +11,50 @@
 #include "gonio/setup/simulated_rig.h"
 
 namespace gonio::cli {
+namespace {
+
+/// "expired: white, warm_up; missing: colour"; empty when all steps are valid.
+std::string open_steps(const instrument::CalibrationArchive& archive, instrument::UtcSeconds now) {
+  using instrument::StepState;
+  std::string text;
+  for (const StepState state : {StepState::expired, StepState::stale, StepState::missing}) {
+    std::vector<std::string_view> names;
+    for (const auto& step : instrument::calibration_steps()) {
+      if (instrument::state_of(archive, step.name, now) == state) names.push_back(step.name);
+    }
+    if (names.empty()) continue;
+    text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", instrument::to_string(state),
+                        fmt::join(names, ", "));
+  }
+  return text;
+}
+
+}  // namespace
 
 std::vector<std::string> SessionCalibration::reasons() const {
   std::vector<std::string> all = instrument::reasons_against(archive, use);
   if (changed) all.push_back(*changed);
   return all;
+}
+
+std::string SessionCalibration::text() const { return calibration_text(metadata); }
+
+std::string calibration_text(const acquisition::SessionMetadata& metadata) {
+  const auto value = [&](const char* key) {
+    const auto found = metadata.find(key);
+    return found == metadata.end() ? std::string() : found->second;
+  };
+  if (value("calibration_archive_sha256").empty()) {
+    const std::string id = value("calibration");
+    return (id.empty() ? "constants" : id) + ", from no calibration folder: without age";
+  }
+  const std::string folder = value("calibration_folder");
+  std::string text = folder.empty() ? value("calibration") : folder;
+  const std::string until = value("calibration_valid_until_utc");
+  if (!until.empty()) text += ", valid until " + until;
+  const std::string open = value("calibration_open_steps");
+  if (!open.empty()) text += ", " + open;
+  return text;
 }
 
 std::optional<SessionCalibration> session_calibration(const RigFile& rig,
@@ -23,6 +63,7 @@ std::optional<SessionCalibration> session_calibration(const RigFile& rig,
   if (folder.empty() || !std::filesystem::is_directory(folder)) return std::nullopt;
   const std::filesystem::path file = folder / "calibration.json";
   SessionCalibration session;
+  session.folder = folder;
   session.archive = instrument::read_calibration_archive(file);
   session.use = {instrument::rig_sha256(nominal_instrument(rig).rig), std::nullopt,
                  std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now())};
@@ -40,6 +81,9 @@ std::optional<SessionCalibration> session_calibration(const RigFile& rig,
   if (!session.archive.results.empty()) {
     session.metadata["calibration_valid_until_utc"] = fmt::format("{:%FT%TZ}", until);
   }
+  session.metadata["calibration_folder"] = folder.string();
+  const std::string open = open_steps(session.archive, session.use.now);
+  if (!open.empty()) session.metadata["calibration_open_steps"] = open;
   return session;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@ namespace gonio::cli {
 
 /// A calibration folder that a session is to use.
 struct SessionCalibration {
+  std::filesystem::path folder;
   instrument::CalibrationArchive archive;
   /// This session; its serials once the devices are open.
   instrument::CalibrationUse use;
@@ -21,7 +23,13 @@ struct SessionCalibration {
   /// Why the session should not: expired, stale, incomplete, of another rig or devices; one line
   /// each.
   std::vector<std::string> reasons() const;
+  /// One line for a person, as calibration_text().
+  std::string text() const;
 };
+
+/// "FOLDER, valid until 2026-11-28 20:53 UTC, expired: white, warm_up" from the metadata of a
+/// session: how things stood when it began. Bare constants: their id and that they have no age.
+std::string calibration_text(const acquisition::SessionMetadata& metadata);
 
 /// The calibration named on the command line, else in the rig file; none when that is no folder:
 /// bare constants have no age and no origin. Throws DataFormatError, FileError.
