@@ -84,13 +84,13 @@ TEST(CalibrationReport, DrawsOnePointPerLevelAndLoadsNothing) {
   ptc.points = {{0.1, 100.0, 40.0, 40.5, true}, {0.2, 200.0, 80.0, 79.5, true}};
   data.findings.photon_transfer = ptc;
   const std::string page = html(data);
-  EXPECT_THAT(page, HasSubstr("Gain 0.3912 ± 0.002 DN/e"));
+  EXPECT_THAT(page, HasSubstr("<dt>Gain</dt><dd>0.3912 ± 0.0020 DN/e</dd>"));
   std::size_t circles = 0;
   for (std::size_t at = page.find("<circle"); at != std::string::npos;
        at = page.find("<circle", at + 1)) {
     ++circles;
   }
-  EXPECT_EQ(circles, 2U);
+  EXPECT_EQ(circles, 4U);  // two on the curve, two residuals
   EXPECT_THAT(page, Not(HasSubstr("src=")));
   EXPECT_THAT(page, Not(HasSubstr("href=")));
 }

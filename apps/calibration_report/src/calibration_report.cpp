@@ -8,9 +8,9 @@
 #include <optional>
 #include <string_view>
 
-#include "calibration_plots.h"
 #include "gonio/instrument/calibration_step.h"
 #include "gonio/report/escaped.h"
+#include "sections.h"
 #include "style.h"
 
 namespace gonio::calibration_report {
@@ -20,14 +20,29 @@ using instrument::AcceptanceCheck;
 using instrument::StepState;
 using report::escaped;
 
-/// Observations hold one number per reading and a few per pixel that is bad.
-
-constexpr std::string_view kStyle =
-    ".meter{display:inline-block;width:110px;height:9px;border-radius:5px;background:var(--line);"
-    "overflow:hidden;vertical-align:middle;margin-right:8px}"
-    ".meter i{display:block;height:100%;background:var(--good)}.meter.over i{background:var(--bad)}"
-    "details{margin:3px 0}summary{cursor:pointer;color:var(--accent)}"
-    "td.text{text-align:left;white-space:normal;overflow-wrap:anywhere}";
+constexpr std::string_view kStyle = R"css(
+.meter{display:inline-block;width:110px;height:9px;border-radius:5px;background:var(--line);
+overflow:hidden;vertical-align:middle;margin-right:8px}
+.meter i{display:block;height:100%;background:var(--good)}.meter.over i{background:var(--bad)}
+details{margin:3px 0}summary{cursor:pointer;color:var(--accent)}
+td.text{text-align:left;white-space:normal;overflow-wrap:anywhere}
+.duo{gap:26px 28px;margin-top:16px}.duo figure{min-width:0}
+figcaption{color:var(--ink);font-weight:650;font-size:.95rem;text-align:left;margin:0 0 4px;
+overflow-wrap:anywhere}
+.hint{color:var(--quiet);font-size:.86rem;margin:4px 0 0}
+.key{margin-top:4px;gap:4px 18px}
+.key i.hollow{width:9px;height:9px;border:2px solid;border-radius:50%}
+svg .cloud{fill:none;stroke-width:3.2;stroke-linecap:round;opacity:.42}
+svg .light{stroke:none}
+svg .above{fill:var(--r)}svg .below{fill:var(--b)}svg .much{fill:var(--accent)}
+svg .above,svg .below,svg .much,svg .veil{shape-rendering:crispEdges}
+svg .veil{fill:var(--card);opacity:.72}
+svg .bar{fill:var(--accent)}
+svg .limit{stroke:var(--bad);stroke-width:1.2;stroke-dasharray:5 4}
+@media (max-width:820px){svg .tick{font-size:17px}svg .axis{font-size:18px}
+.steps thead{display:none}.steps tr,.steps td{display:block}.steps tr{padding:8px 0;
+border-bottom:1px solid var(--line)}.steps td{border:0;padding:2px 0}.steps .meter{width:80px}}
+)css";
 
 std::string utc(instrument::UtcSeconds time) {
   return fmt::format("{:%Y-%m-%d %H:%M} UTC",
@@ -174,8 +189,8 @@ std::string html(const CalibrationReportData& data) {
              "<title>{} · calibration</title>\n<style>{}{}</style>\n</head>\n<body>\n<main>\n",
              escaped(data.rig), report::style_sheet(), kStyle) +
          header(data) + verification_section(data) +
-         "<section>\n<h2>Steps</h2>\n<div class=\"scroll\"><table>\n" + rows +
-         "</table></div>\n</section>\n" + figure_sections(data) + "</main>\n</body>\n</html>\n";
+         "<section>\n<h2>Steps</h2>\n<table class=\"steps\">\n" + rows + "</table>\n</section>\n" +
+         figure_sections(data) + "</main>\n</body>\n</html>\n";
 }
 
 }  // namespace gonio::calibration_report

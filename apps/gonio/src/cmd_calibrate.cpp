@@ -118,6 +118,7 @@ void write_report(const routine::Routine& calibration, const routine::Folder& fo
   data.archive = calibration.archive();
   data.observations = calibration_report::read_observations(data.archive, folder);
   data.findings = calibration.findings();
+  data.instrument = calibration.instrument();
   data.now = now_utc();
   data.refused = std::move(refused);
   files::write_text_file(folder.path / "report.html", calibration_report::html(data),

@@ -62,6 +62,30 @@ void Svg::rect(Point top_left, double width, double height, std::string_view css
                        coordinate(height), css);
 }
 
+void Svg::cell(Point top_left, double width, double height, std::string_view css, double opacity) {
+  if (!finite(top_left) || !std::isfinite(width) || !std::isfinite(height)) return;
+  if (!std::isfinite(opacity)) return;
+  body_ += fmt::format(
+      "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" class=\"{}\" opacity=\"{:.3g}\"/>\n",
+      coordinate(top_left.x), coordinate(top_left.y), coordinate(width), coordinate(height), css,
+      opacity);
+}
+
+void Svg::swatch(Point top_left, double width, double height, std::string_view colour) {
+  if (!finite(top_left) || !std::isfinite(width) || !std::isfinite(height)) return;
+  body_ += fmt::format("<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{}\"/>\n",
+                       coordinate(top_left.x), coordinate(top_left.y), coordinate(width),
+                       coordinate(height), colour);
+}
+
+void Svg::dots(const std::vector<Point>& points, std::string_view css) {
+  std::string path;
+  for (const Point& p : points) {
+    if (finite(p)) path += fmt::format("M{} {}h0", coordinate(p.x), coordinate(p.y));
+  }
+  if (!path.empty()) body_ += fmt::format("<path d=\"{}\" class=\"{}\"/>\n", path, css);
+}
+
 void Svg::text(Point at, std::string_view anchor, std::string_view css, std::string_view text) {
   if (!finite(at)) return;
   body_ += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"{}\" class=\"{}\">{}</text>\n",

@@ -22,6 +22,12 @@ class Svg {
   void polyline(const std::vector<Point>& points, std::string_view css);
   void circle(Point centre, double radius, std::string_view css, std::string_view tooltip = {});
   void rect(Point top_left, double width, double height, std::string_view css);
+  /// A rectangle of some strength: opacity 0 to 1.
+  void cell(Point top_left, double width, double height, std::string_view css, double opacity);
+  /// A rectangle of one colour, "#rrggbb".
+  void swatch(Point top_left, double width, double height, std::string_view colour);
+  /// Many dots as one element, a tenth of the bytes of as many circles; their size is the stroke's.
+  void dots(const std::vector<Point>& points, std::string_view css);
   /// `anchor`: start, middle or end. The text is escaped here.
   void text(Point at, std::string_view anchor, std::string_view css, std::string_view text);
   /// Text that reads upwards, centred.

@@ -8,6 +8,7 @@
 #include "gonio/calibration/routine/observations.h"
 #include "gonio/calibration/routine/routine.h"
 #include "gonio/instrument/calibration_archive.h"
+#include "gonio/instrument/instrument.h"
 
 /// A calibration as a page that a person judges at a glance: one HTML file without scripts and
 /// without anything loaded from elsewhere.
@@ -26,7 +27,8 @@ struct CalibrationReportData {
   /// By step; one that is absent has no figure made of what was seen.
   std::map<std::string, calibration::routine::Observations> observations;
   calibration::routine::Findings findings;
-  instrument::UtcSeconds now{};  ///< what "expired" is told by
+  instrument::Instrument instrument;  ///< with all that was found
+  instrument::UtcSeconds now{};       ///< what "expired" is told by
   std::vector<RefusedStep> refused;
 };
 
