@@ -74,6 +74,13 @@ sensor::PixelStack stack(Bench& bench, nanoseconds exposure, int frames) {
   return std::move(*taken);
 }
 
+/// The i-th of `count` places when every other one is taken on the way up and the rest on the way
+/// down: a lamp that drifts meanwhile then scatters neighbours and does not bend the whole.
+int up_and_down(int i, int count) {
+  const int up = (count + 1) / 2;
+  return i < up ? 2 * i : 2 * (count - 1 - i) + 1;
+}
+
 /// Dark levels and lit ones at exposures that rise from faint to `top` of the bright one.
 Observations sweep(Bench& bench, double top) {
   Observations seen;
@@ -85,12 +92,15 @@ Observations sweep(Bench& bench, double top) {
   const int count = bench.settings().light_levels;
   const double ratio =
       static_cast<double>(times(bright, top).count()) / static_cast<double>(first.count());
+  seen.levels.resize(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     bench.tell("light level", static_cast<std::size_t>(i), static_cast<std::size_t>(count));
+    const int place = up_and_down(i, count);
     // Linear in the exposure but for the faint end, where steps of a factor tell the offset.
-    const double even = static_cast<double>(i) / (count - 1);
+    const double even = static_cast<double>(place) / (count - 1);
     const double share = 0.5 * (even + std::pow(ratio, even - 1.0));
-    seen.levels.push_back(level(bench, std::max(first, times(bright, top * share))));
+    seen.levels[static_cast<std::size_t>(place)] =
+        level(bench, std::max(first, times(bright, top * share)));
   }
   bench.devices().close_shutter();
   for (const nanoseconds exposure : {shortest, times(bright, 0.5), bright}) {
