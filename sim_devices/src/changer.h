@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -13,6 +14,8 @@ namespace gonio::sim {
 
 /// Swaps sample and white tile; takes virtual time. Refuses with Fault while an axis moves or the
 /// lamp shines.
+///
+/// Threads  mount() on one; mounted() on any.
 class SimTargetChanger final : public devices::TargetChanger {
  public:
   /// All must outlive it.
@@ -30,7 +33,7 @@ class SimTargetChanger final : public devices::TargetChanger {
   const std::vector<std::unique_ptr<Joint>>& joints_;
   const SimLightSource& light_;
   VirtualClock& clock_;
-  devices::Target mounted_ = devices::Target::sample;
+  std::atomic<devices::Target> mounted_ = devices::Target::sample;
   std::string name_ = "target_changer";
 };
 

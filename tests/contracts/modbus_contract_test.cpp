@@ -3,6 +3,8 @@
 #include "light_contract.h"
 #include "modbus_rig.h"
 #include "rotation_stage_contract.h"
+#include "target_changer_contract.h"
+#include "throws_device_error.h"
 
 namespace gonio::contracts {
 namespace {
@@ -52,6 +54,15 @@ LightMaker light() {
           }};
 }
 
+ChangerMaker changer() {
+  return {"changer", [] {
+            const auto rig = std::make_shared<ModbusRig>(Family::leadshine);
+            std::shared_ptr<devices::TargetChanger> made = rig->changer();
+            return std::shared_ptr<devices::TargetChanger>(
+                made.get(), [rig, made](devices::TargetChanger*) mutable { made.reset(); });
+          }};
+}
+
 template <typename Maker>
 std::string name_of_maker(const testing::TestParamInfo<Maker>& info) {
   return info.param.name;
@@ -66,6 +77,25 @@ INSTANTIATE_TEST_SUITE_P(Modbus, RotationStageContract,
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(LampMonitorContract);  // no monitor on Modbus
 INSTANTIATE_TEST_SUITE_P(Modbus, LightSourceContract, testing::Values(light()),
                          name_of_maker<LightMaker>);
+INSTANTIATE_TEST_SUITE_P(Modbus, TargetChangerContract, testing::Values(changer()),
+                         name_of_maker<ChangerMaker>);
+
+// What the world's own changer does, on its own time, and what it refuses shows on the wire.
+TEST(ModbusChangerOnTheWire, MovesTheWorldsAndStaysWhereItRefuses) {
+  ModbusRig rig(Family::leadshine);
+  const auto changer = rig.changer();
+  const auto before = rig.clock().now();
+  changer->mount(devices::Target::mirror_turned);
+  EXPECT_GE(rig.clock().now() - before, rig.world().truth().change_time);
+  EXPECT_EQ(rig.world().target_changer().mounted(), devices::Target::mirror_turned);
+  rig.world().light_source().light("R");
+  EXPECT_THAT([&] { changer->mount(devices::Target::white); },
+              ThrowsDeviceError(devices::DeviceErrc::Fault));
+  EXPECT_EQ(changer->mounted(), devices::Target::mirror_turned);
+  rig.world().light_source().close_shutter();
+  changer->mount(devices::Target::white);
+  EXPECT_EQ(rig.world().target_changer().mounted(), devices::Target::white);
+}
 
 }  // namespace
 }  // namespace gonio::contracts

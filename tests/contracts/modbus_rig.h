@@ -11,6 +11,7 @@
 #include "gonio/devices/steady_clock.h"
 #include "gonio/emulator_faults/fault_plan.h"
 #include "gonio/modbus_bus/open_bus.h"
+#include "gonio/modbus_changer/modbus_changer.h"
 #include "gonio/modbus_emulator/devices.h"
 #include "gonio/modbus_emulator/rtu_line.h"
 #include "gonio/modbus_emulator/tcp_server.h"
@@ -45,8 +46,20 @@ inline sim::SimOptions running_world_options() {
   return options;
 }
 
-/// A world with every axis a drive of one family on one RTU line (units 1, 2, 3) and a lamp behind
-/// TCP (unit 1).
+/// Every target has a place.
+inline const std::vector<modbus_changer::ChangerProfile::Place>& places() {
+  static const auto kPlaces = [] {
+    std::vector<modbus_changer::ChangerProfile::Place> all;
+    for (int i = 0; i <= static_cast<int>(devices::Target::colour_chart); ++i) {
+      all.push_back({static_cast<devices::Target>(i), static_cast<std::uint16_t>(i + 1)});
+    }
+    return all;
+  }();
+  return kPlaces;
+}
+
+/// A world with every axis a drive of one family on one RTU line (units 1, 2, 3), a lamp (unit 1)
+/// and a target changer (unit 2) behind TCP.
 class ModbusRig {
  public:
   explicit ModbusRig(Family family, const std::vector<std::string>& faults = {},
@@ -83,6 +96,9 @@ class ModbusRig {
         faults_, world_.clock());
     server_port_ = server_->port();
     server_->add(1, modbus_emulator::lamp("lamp", world_.light_source()));
+    modbus_emulator::ChangerLayout layout;
+    for (const auto& place : places()) layout.places.push_back({place.target, place.number});
+    server_->add(2, modbus_emulator::changer("changer", world_.target_changer(), layout));
   }
 
   sim::SimGoniometer& world() { return world_; }
@@ -133,6 +149,12 @@ class ModbusRig {
     profile.temperature_register = 0;
     profile.steady_time = 100ms;
     return std::make_unique<modbus_light::ModbusLight>(tcp(), 1, "lamp", profile, clock_);
+  }
+
+  std::unique_ptr<modbus_changer::ModbusChanger> changer() {
+    modbus_changer::ChangerProfile profile;
+    profile.places = places();
+    return std::make_unique<modbus_changer::ModbusChanger>(tcp(), 2, "changer", profile, clock_);
   }
 
  private:

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <string>
 
 #include "gonio/errors/errors.h"
@@ -92,7 +93,33 @@ TEST(RigDevices, RefuseValuesOutOfRange) {
   expect_refused("steady_ms = 0", "steady_ms = 0\nfirst_level_register = 65534", "at most 65535");
   expect_refused("steady_ms = 0", "steady_ms = 0\nchannel_register = 2", "a level's register");
   expect_refused("driver = \"apt\"", "driver = \"ftdi\"", "expected \"modbus\" or \"apt\"");
-  expect_refused("placement = \"in_frame\"", "placement = \"changer\"", "no driver");
+}
+
+TEST(RigDevices, NameAChangerAndWhatItCarries) {
+  const std::string changer =
+      "[changer]\nbus = \"lamp\"\nunit = 2\ntimeout_s = 30\n"
+      "[[changer.place]]\ntarget = \"sample\"\nnumber = 1\n"
+      "[[changer.place]]\ntarget = \"white\"\nnumber = 2\n[monitor]";
+  const std::string text =
+      replaced(replaced(wire_text(), "[monitor]", changer), "\"in_frame\"", "\"changer\"");
+  const ChangerDevice found = rig_file_from_text(text, "rig.toml").devices.changer;
+  EXPECT_EQ(found.unit, 2);
+  EXPECT_EQ(found.timeout, std::chrono::seconds(30));
+  ASSERT_EQ(found.places.size(), 2U);
+  EXPECT_EQ(found.places[1].target, devices::Target::white);
+  EXPECT_EQ(found.places[1].number, 2);
+  EXPECT_TRUE(found.carries(devices::Target::sample));
+  EXPECT_FALSE(found.carries(devices::Target::mirror));
+
+  expect_refused("placement = \"in_frame\"", "placement = \"changer\"",
+                 "a [changer] that carries sample and white");
+  expect_refused("[monitor]", "[changer]\nbus = \"lamp\"\n[monitor]",
+                 "changer.unit: found 1, which is that of lamp");
+  expect_refused("[monitor]", "[changer]\nbus = \"wheel\"\n[monitor]", "found \"wheel\"");
+  expect_refused("[monitor]",
+                 "[changer]\nbus = \"lamp\"\nunit = 2\n[[changer.place]]\n"
+                 "target = \"tray\"\n[monitor]",
+                 "expected");
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ using cli::RigFile;
 using cli::UsageError;
 
 constexpr const char* kLamp = "lamp";
+constexpr const char* kChanger = "changer";
 constexpr const char* kMonitor = "monitor";
 constexpr const char* kCamera = "camera";
 constexpr std::string_view kLoopback = "127.";
@@ -69,6 +70,16 @@ modbus_emulator::LampLayout layout_of(const cli::LampDevice& lamp) {
   int highest = 0;
   for (const auto& channel : lamp.channels) highest = std::max(highest, channel.level);
   layout.full_level = static_cast<std::uint16_t>(highest);
+  return layout;
+}
+
+modbus_emulator::ChangerLayout layout_of(const cli::ChangerDevice& changer) {
+  modbus_emulator::ChangerLayout layout;
+  layout.command_register = static_cast<std::uint16_t>(changer.command_register);
+  layout.status_register = static_cast<std::uint16_t>(changer.status_register);
+  for (const cli::ChangerPlaceEntry& place : changer.places) {
+    layout.places.push_back({place.target, static_cast<std::uint16_t>(place.number)});
+  }
   return layout;
 }
 
@@ -150,6 +161,10 @@ class EmulatedRig::Parts {
     if (rig.devices.lamp.bus == bus.name) {
       line.add(rig.devices.lamp.unit,
                modbus_emulator::lamp(kLamp, world.light_source(), layout_of(rig.devices.lamp)));
+    }
+    if (rig.devices.changer.bus == bus.name) {
+      line.add(rig.devices.changer.unit, modbus_emulator::changer(kChanger, world.target_changer(),
+                                                                  layout_of(rig.devices.changer)));
     }
   }
 

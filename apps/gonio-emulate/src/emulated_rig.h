@@ -15,8 +15,8 @@ namespace gonio::emulate {
 
 /// A whole rig of virtual hardware: the world of a rig file, and every device it names on its wire.
 ///
-/// Names    Fault rules speak of the devices by the rig file's names: an axis, "lamp", "monitor",
-///          "camera".
+/// Names    Fault rules speak of the devices by the rig file's names: an axis, "lamp", "changer",
+///          "monitor", "camera".
 /// Threads  The emulators' own; members from one thread.
 class EmulatedRig {
  public:

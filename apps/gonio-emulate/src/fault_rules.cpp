@@ -52,6 +52,9 @@ std::map<std::string, Faults> faults_by_device(const cli::RigFile& rig) {
     faults[rig.rig.axes[i].name] = of_axis(rig, rig.devices.axes[i]);
   }
   faults["lamp"] = on_modbus(rig, rig.devices.lamp.bus);
+  if (!rig.devices.changer.bus.empty()) {
+    faults["changer"] = on_modbus(rig, rig.devices.changer.bus);
+  }
   if (!rig.devices.monitor.serial.empty()) faults["monitor"] = kUsbFaults;
   faults["camera"] = kCameraFaults;
   return faults;

@@ -15,7 +15,7 @@ void AskingChanger::mount(devices::Target target) {
     throw devices::DeviceError(devices::DeviceErrc::Stopped, name_,
                                "nobody confirmed that the target was changed");
   }
-  if (simulated_ != nullptr) simulated_->mount(target);
+  if (own_ != nullptr) own_->mount(target);
   mounted_ = target;
 }
 

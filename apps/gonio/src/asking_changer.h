@@ -6,22 +6,22 @@
 
 namespace gonio::cli {
 
-/// A person at the terminal, who changes the target. On a simulated rig what he does is done to its
-/// world as well.
+/// A person at the terminal, who changes the target, or lets the rig's own changer do it: that of
+/// a simulated world or a motorised one.
 ///
 /// State    What lies there at first counts as the sample.
 /// Errors   DeviceError, Stopped: nobody confirmed.
 class AskingChanger final : public devices::TargetChanger {
  public:
-  /// `simulated`  The world's own changer; null on a rig of metal.
-  explicit AskingChanger(devices::TargetChanger* simulated) : simulated_(simulated) {}
+  /// `own`  The rig's own changer; null where it has none.
+  explicit AskingChanger(devices::TargetChanger* own) : own_(own) {}
 
   const std::string& name() const override { return name_; }
   devices::Target mounted() const override { return mounted_; }
   void mount(devices::Target target) override;
 
  private:
-  devices::TargetChanger* simulated_;
+  devices::TargetChanger* own_;
   devices::Target mounted_ = devices::Target::sample;
   std::string name_ = "operator";
 };

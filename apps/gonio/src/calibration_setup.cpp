@@ -9,7 +9,7 @@ calibration::routine::RoutineSettings calibration_settings(const RigFile& rig) {
   settings.session = rig.session;
   settings.target_half_width_mm =
       rig.session.white_half_width_mm.value_or(rig.session.sample_half_width_mm);
-  if (rig.driver == RigFile::Driver::simulated) {
+  if (rig.driver == RigFile::Driver::simulated || rig.hidden) {
     for (const brdf::Rgb& patch : sim::hidden_chart()) {
       settings.chart.linear_srgb.emplace_back(patch.matrix());
     }

@@ -9,8 +9,8 @@
 
 namespace gonio::cli {
 
-/// What the operator of a rig knows of targets and efforts: from its file, and on a simulated rig
-/// the certificates of its targets.
+/// What the operator of a rig knows of targets and efforts: from its file, and on a simulated or
+/// emulated rig the certificates of its targets.
 calibration::routine::RoutineSettings calibration_settings(const RigFile& rig);
 
 /// Who the devices are, as a calibration keeps it: device -> what it says of itself.

@@ -130,9 +130,9 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   require_steps(options.only);
   const RigFile rig = read_rig_file(options.rig);
   const bool simulated = rig.driver == RigFile::Driver::simulated;
-  if (options.yes && !simulated) {
+  if (options.yes && !simulated && rig.devices.changer.bus.empty()) {
     throw UsageError("--yes: nobody would mount the targets",
-                     "leave it out and follow the prompts");
+                     "leave it out and follow the prompts, or name a [changer] in the rig file");
   }
   if (options.seed && !simulated) throw UsageError("--seed: a rig of metal has no world to draw");
   if (rig.kind != RigFile::Kind::la2) {
@@ -157,7 +157,7 @@ int calibrate(Context& context, const CalibrateOptions& options) {
 
   AskingChanger person(opened->devices().changer);
   acquisition::DeviceSet devices = opened->devices();
-  if (!options.yes || !simulated) devices.changer = &person;
+  if (!options.yes) devices.changer = &person;
   const std::vector<std::string> wanted = steps_wanted(*calibration, options);
   Progress progress(console, "calibrating");
   int code = kSuccess;
@@ -206,7 +206,7 @@ void add_calibrate(const Command& root) {
   command.flag("--redo", options->redo, "Take all steps again");
   command.flag("--list", options->list, "Say where the steps stand; take none");
   command.seed(options->seed, "Of the simulated world (default 1)");
-  command.flag("--yes", options->yes, "A simulated rig changes its targets by itself");
+  command.flag("--yes", options->yes, "A simulated rig or a motorised changer mounts the targets");
   command.flag("--json", options->json, "Print JSON");
   command.on_call(options, calibrate);
 }

@@ -65,6 +65,17 @@ modbus_light::LampProfile lamp_profile(const LampDevice& lamp) {
   return profile;
 }
 
+modbus_changer::ChangerProfile changer_profile(const ChangerDevice& changer) {
+  modbus_changer::ChangerProfile profile;
+  profile.command_register = static_cast<std::uint16_t>(changer.command_register);
+  profile.status_register = static_cast<std::uint16_t>(changer.status_register);
+  profile.timeout = changer.timeout;
+  for (const ChangerPlaceEntry& place : changer.places) {
+    profile.places.push_back({place.target, static_cast<std::uint16_t>(place.number)});
+  }
+  return profile;
+}
+
 usb_bus::UsbAddress monitor_address(const MonitorDevice& monitor) {
   usb_bus::UsbAddress address;
   if (monitor.vendor_id != 0) address.vendor = static_cast<std::uint16_t>(monitor.vendor_id);

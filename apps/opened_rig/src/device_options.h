@@ -10,6 +10,7 @@
 #include "gonio/console/failures.h"
 #include "gonio/devices/stage_gate.h"
 #include "gonio/modbus_bus/open_bus.h"
+#include "gonio/modbus_changer/modbus_changer.h"
 #include "gonio/modbus_light/modbus_light.h"
 #include "gonio/setup/rig_file.h"
 #include "gonio/usb_bus/usb_device.h"
@@ -19,6 +20,7 @@
 namespace gonio::cli {
 
 inline constexpr const char* kLampName = "lamp";
+inline constexpr const char* kChangerName = "changer";
 inline constexpr const char* kMonitorName = "monitor";
 inline constexpr const char* kCameraName = "camera";
 
@@ -45,6 +47,7 @@ usb_bus::UsbAddress apt_address(const AxisDevice& device);
 /// Throws std::invalid_argument for a model that is not known.
 apt_stage::AptModel apt_model(const std::string& name);
 modbus_light::LampProfile lamp_profile(const LampDevice& lamp);
+modbus_changer::ChangerProfile changer_profile(const ChangerDevice& changer);
 usb_bus::UsbAddress monitor_address(const MonitorDevice& monitor);
 usbtmc_monitor::MonitorOptions monitor_options(const MonitorDevice& monitor);
 aravis_camera::AravisCameraOptions camera_options(const RigFile& rig);

@@ -98,6 +98,15 @@ std::unique_ptr<modbus_light::ModbusLight> open_lamp(const RigFile& rig, Buses& 
   });
 }
 
+std::unique_ptr<modbus_changer::ModbusChanger> open_changer(const RigFile& rig, Buses& buses,
+                                                            devices::Clock& clock) {
+  const ChangerDevice& changer = rig.devices.changer;
+  return from_rig_file(rig, kChangerName, [&] {
+    return std::make_unique<modbus_changer::ModbusChanger>(
+        buses[changer.bus], changer.unit, kChangerName, changer_profile(changer), clock);
+  });
+}
+
 std::unique_ptr<usbtmc_monitor::UsbtmcMonitor> open_monitor(const RigFile& rig) {
   const MonitorDevice& monitor = rig.devices.monitor;
   return from_rig_file(rig, kMonitorName, [&] {
@@ -134,11 +143,14 @@ class HardwareRig final : public OpenedRig {
     lamp_ = open_lamp(rig, buses_, clock_);
     if (parts == Parts::all) {
       require_wanted();
+      if (!rig.devices.changer.bus.empty()) changer_ = open_changer(rig, buses_, clock_);
+      require_wanted();
       if (!rig.devices.monitor.serial.empty()) monitor_ = open_monitor(rig);
       camera_ = open_camera(rig, clock_, stop);
     }
     for (const Stage& each : stages_) devices_.stages.push_back(each.stage.get());
     devices_.light = lamp_.get();
+    devices_.changer = changer_.get();
     devices_.monitor = monitor_.get();
     devices_.camera = camera_.get();
     devices_.clock = &clock_;
@@ -184,6 +196,7 @@ class HardwareRig final : public OpenedRig {
     std::vector<DeviceIdentity> all;
     for (const Stage& each : stages_) all.push_back({each.stage->name(), each.identity});
     all.push_back({kLampName, "Modbus lamp"});
+    if (changer_) all.push_back({kChangerName, "Modbus target changer"});
     if (monitor_) all.push_back({kMonitorName, monitor_identity()});
     if (camera_) {
       const auto& who = camera_->identity();
@@ -232,6 +245,7 @@ class HardwareRig final : public OpenedRig {
   Buses buses_;
   std::vector<Stage> stages_;
   std::unique_ptr<modbus_light::ModbusLight> lamp_;
+  std::unique_ptr<modbus_changer::ModbusChanger> changer_;
   std::unique_ptr<usbtmc_monitor::UsbtmcMonitor> monitor_;
   std::unique_ptr<aravis_camera::AravisCamera> camera_;
   DeviceSet devices_;
@@ -252,6 +266,9 @@ void check_hardware_options(const RigFile& rig) {
     });
   }
   from_rig_file(rig, kLampName, [&] { lamp_profile(rig.devices.lamp).validate(); });
+  if (!rig.devices.changer.bus.empty()) {
+    from_rig_file(rig, kChangerName, [&] { changer_profile(rig.devices.changer).validate(); });
+  }
   from_rig_file(rig, "camera_device", [&] { camera_options(rig).validate(); });
 }
 

@@ -56,6 +56,10 @@ std::vector<DeviceIdentity> named_devices(const RigFile& rig) {
   }
   all.push_back({kLampName, fmt::format("Modbus, unit {} on {}", rig.devices.lamp.unit,
                                         text_of_bus(rig.devices, rig.devices.lamp.bus))});
+  if (!rig.devices.changer.bus.empty()) {
+    all.push_back({kChangerName, fmt::format("Modbus, unit {} on {}", rig.devices.changer.unit,
+                                             text_of_bus(rig.devices, rig.devices.changer.bus))});
+  }
   if (!rig.devices.monitor.serial.empty()) {
     all.push_back({kMonitorName, fmt::format("USBTMC, serial {}", rig.devices.monitor.serial)});
   }

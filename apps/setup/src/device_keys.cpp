@@ -56,7 +56,36 @@ void visit_lamp(ConfigVisitor& v, LampDevice& lamp) {
       });
 }
 
+void visit_changer(ConfigVisitor& v, ChangerDevice& changer) {
+  static const std::vector<std::string> kTargets = [] {
+    std::vector<std::string> names;
+    for (int i = 0; i <= static_cast<int>(devices::Target::colour_chart); ++i) {
+      names.emplace_back(devices::to_string(static_cast<devices::Target>(i)));
+    }
+    return names;
+  }();
+  v.text("bus", changer.bus, "name of a [[bus]]; empty: a person changes the targets");
+  v.integer("unit", changer.unit, kUnit, "");
+  v.integer("command_register", changer.command_register, kRegister,
+            "holding: number of the place to go to");
+  v.integer("status_register", changer.status_register, kRegister,
+            "input: number of the place it stands at, 0 on its way");
+  v.duration("timeout_s", changer.timeout, 1.0, {1.0, 3600.0}, "of one change");
+  v.array(
+      "place", "", changer.places.size(),
+      [&](std::size_t count) { changer.places.assign(count, {}); },
+      [&](std::size_t i) {
+        v.enumeration("target", changer.places[i].target, kTargets, "");
+        v.integer("number", changer.places[i].number, kRegister, "in the registers, from 1");
+      });
+}
+
 }  // namespace
+
+bool ChangerDevice::carries(devices::Target target) const {
+  return std::any_of(places.begin(), places.end(),
+                     [&](const ChangerPlaceEntry& place) { return place.target == target; });
+}
 
 const BusEntry* RigDevices::bus(const std::string& name) const {
   const auto found = std::find_if(buses.begin(), buses.end(),
@@ -89,6 +118,8 @@ void visit_devices(ConfigVisitor& v, RigDevices& devices) {
       [&](std::size_t count) { devices.buses.assign(count, {}); },
       [&](std::size_t i) { visit_bus(v, devices.buses[i]); });
   v.table("lamp", "The lamp, over Modbus", [&] { visit_lamp(v, devices.lamp); });
+  v.table("changer", "The motorised target changer, over Modbus",
+          [&] { visit_changer(v, devices.changer); });
   v.table("monitor", "The photodiode that watches the lamp, over USBTMC", [&] {
     v.text("serial", devices.monitor.serial, "empty: there is none");
     v.integer("vendor_id", devices.monitor.vendor_id, kUsbId, "");
@@ -223,6 +254,10 @@ void check_devices(const RigDevices& devices, const std::vector<std::string>& ax
       refuse(table, "number",
              fmt::format("found {} twice, expected a number of its own", channel.number));
     }
+  }
+  if (!devices.changer.bus.empty()) {
+    require_bus("changer", devices.changer.bus);
+    require_own_unit("changer", devices.changer.bus, devices.changer.unit);
   }
   require("camera_device", "id", devices.camera.id, "a camera's name or IP address");
 }

@@ -263,9 +263,12 @@ void check_file(const RigFile& file, const ConfigReader& reader,
   check_keep_outs(file.rig, reader, place);
   if (file.driver == RigFile::Driver::hardware) {
     check_devices(file.devices, axis_names(file.rig), reader, place);
-    if (file.session.white == acquisition::WhitePlacement::changer) {
+    const ChangerDevice& changer = file.devices.changer;
+    if (file.session.white == acquisition::WhitePlacement::changer &&
+        (!changer.carries(devices::Target::sample) || !changer.carries(devices::Target::white))) {
       refuse("white.placement",
-             "found changer, for which there is no driver, expected in_frame or manual");
+             "found changer, expected in_frame or manual, or a [changer] that carries sample and "
+             "white");
     }
   }
   const auto validated = [&](const std::string& key, const auto& part) {

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "gonio/devices/target_changer.h"
+
 namespace gonio::cli {
 
 /// Which devices a rig of metal has, and where they are: data only, opened by the programs.
@@ -63,6 +65,22 @@ struct LampDevice {
   std::vector<LampChannelEntry> channels;
 };
 
+struct ChangerPlaceEntry {
+  devices::Target target = devices::Target::sample;
+  int number = 0;  ///< what the changer's registers call the place
+};
+
+struct ChangerDevice {
+  std::string bus;  ///< empty: the rig has none, a person changes the targets
+  int unit = 1;
+  int command_register = 0;  ///< holding: number of the place to go to
+  int status_register = 0;   ///< input: number of the place it stands at, 0 on its way
+  std::chrono::milliseconds timeout{120'000};
+  std::vector<ChangerPlaceEntry> places;
+
+  bool carries(devices::Target target) const;
+};
+
 struct MonitorDevice {
   std::string serial;  ///< empty: the rig has none
   int vendor_id = 0;
@@ -88,6 +106,7 @@ struct RigDevices {
   std::vector<BusEntry> buses;
   std::vector<AxisDevice> axes;  ///< one per axis of the rig
   LampDevice lamp;
+  ChangerDevice changer;
   MonitorDevice monitor;
   CameraDevice camera;
 

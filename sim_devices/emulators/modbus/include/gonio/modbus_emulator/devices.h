@@ -7,6 +7,7 @@
 
 #include "gonio/devices/clock.h"
 #include "gonio/devices/light_source.h"
+#include "gonio/devices/target_changer.h"
 #include "gonio/emulator_faults/fault_plan.h"
 #include "gonio/modbus_emulator/register_device.h"
 #include "gonio/sim/joint.h"
@@ -53,5 +54,21 @@ struct LampLayout {
 /// not shine; other levels do not dim it.
 std::unique_ptr<RegisterDevice> lamp(std::string name, devices::LightSource& light,
                                      const LampLayout& layout = {});
+
+/// Where the emulated target changer has what, and what it carries.
+struct ChangerLayout {
+  struct Place {
+    devices::Target target{};
+    std::uint16_t number = 0;
+  };
+  std::uint16_t command_register = 0;  ///< holding: number of the place to go to
+  std::uint16_t status_register = 0;   ///< input: number of the place it stands at, 0 on its way
+  std::vector<Place> places;
+};
+
+/// The generic changer in front of a world's, which outlives it. Busy (06) while it is on its way
+/// elsewhere; where the world refuses the change it stays where it stands.
+std::unique_ptr<RegisterDevice> changer(std::string name, devices::TargetChanger& changer,
+                                        ChangerLayout layout);
 
 }  // namespace gonio::modbus_emulator
