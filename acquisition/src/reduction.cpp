@@ -263,7 +263,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
                     !spot.pixels.empty();
       for (int colour = 0; colour < 3 && usable; ++colour) {
         const ChannelSignal& signal = signals[colours.channel_of(colour)];
-        double sum = 0.0, variance = 0.0, factor = 0.0;
+        double sum = 0.0, variance = 0.0, factor = 0.0, stray_factor = 0.0;
         std::size_t used = 0, bad = 0;
         for (const SpotPixel& pixel : spot.pixels) {
           if (!ColourLayout::carries(signal.pixel_format, pixel.column, pixel.row, colour))
@@ -275,6 +275,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           sum += signal.merged.dn_per_s[pixel.index];
           variance += signal.merged.variance[pixel.index];
           factor += pixel.geometry.factor;
+          stray_factor += pixel.geometry.stray_factor;
           ++used;
         }
         if (used == 0 ||
@@ -283,7 +284,8 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           break;
         }
         const double constant = white.at(signal.time_s)[colour] * signal.monitor;
-        const double value = sum / (constant * factor);
+        const double value =
+            sum / (constant * factor) - instrument.stray.fraction * stray_factor / factor;
         const double prnu = instrument.sensor.prnu / std::sqrt(static_cast<double>(used));
         sample.value_per_sr[colour] = value;
         sample.sigma_per_sr[colour] =
@@ -292,7 +294,8 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
             std::hypot(instrument.white.u_relative, white.visits.front().relative_sigma[colour]);
         const double u_rest =
             std::hypot(instrument.u_lamp_relative, instrument.u_linearity_relative, u_drift);
-        sample.u_common_per_sr[colour] = std::abs(value) * std::hypot(u_white, u_rest);
+        const double u_stray = instrument.stray.u_fraction * stray_factor / factor;
+        sample.u_common_per_sr[colour] = std::hypot(value * std::hypot(u_white, u_rest), u_stray);
         if (value < kDarkSigmas * sample.sigma_per_sr[colour]) add_flag(sample, "dark");
         if (colours.single(signal.pixel_format)) add_flag(sample, "single_channel");
       }

@@ -115,7 +115,7 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
           sum.used += 1.0;
           sum.signal += signal.merged.dn_per_s[pixel];
           sum.variance += signal.merged.variance[pixel];
-          sum.expected += white[colour] * geometry->factor;
+          sum.expected += instrument::signal_over_constant(instrument, *geometry, white[colour]);
         }
       }
     }

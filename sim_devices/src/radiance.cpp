@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 
@@ -151,6 +152,27 @@ class PixelView {
   const LampImage& lamp_image_;
 };
 
+/// 1 where an edge crosses a pixel: it is of another kind than one of its eight neighbours.
+std::vector<std::uint8_t> edges_of(const std::vector<PixelView::Kind>& kinds, std::size_t width) {
+  std::vector<std::uint8_t> edges(kinds.size());
+  const auto compare = [&](std::size_t one, std::size_t other) {
+    const std::uint8_t differ = kinds[one] == kinds[other] ? 0 : 1;
+    edges[one] |= differ;
+    edges[other] |= differ;
+  };
+  for (std::size_t row = 0; row * width < kinds.size(); ++row) {
+    const std::size_t first = row * width;
+    for (std::size_t pixel = first; pixel + 1 < first + width; ++pixel) compare(pixel, pixel + 1);
+    if (first + width == kinds.size()) break;
+    for (std::size_t pixel = first; pixel < first + width; ++pixel) {
+      compare(pixel, pixel + width);
+      if (pixel > first) compare(pixel, pixel + width - 1);
+      if (pixel + 1 < first + width) compare(pixel, pixel + width + 1);
+    }
+  }
+  return edges;
+}
+
 /// Convolves with a Gaussian, edges repeated. Tap by tap along whole rows, which compilers turn
 /// into vectors.
 void blur(std::vector<float>& plane, int width, int height, double sigma_px) {
@@ -276,22 +298,12 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
       keep(pixel, view.along(lens_.ray(pixel), fine ? &kinds[pixel] : nullptr));
     }
   });
-  // An edge crosses a pixel that is of another kind than one of its neighbours.
-  const auto at_edge = [&](std::size_t row, std::size_t column) {
-    const PixelView::Kind& kind = kinds[row * width + column];
-    for (std::size_t r = row == 0 ? 0 : row - 1; r <= std::min(row + 1, height - 1); ++r) {
-      for (std::size_t c = column == 0 ? 0 : column - 1; c <= std::min(column + 1, width - 1);
-           ++c) {
-        if (!(kinds[r * width + c] == kind)) return true;
-      }
-    }
-    return false;
-  };
+  const std::vector<std::uint8_t> edges = edges_of(kinds, width);
   parallel::for_each_block(
       0, fine ? height : 0, kRadianceRows, [&](std::size_t begin, std::size_t end) {
         for (std::size_t row = begin; row < end; ++row) {
           for (std::size_t column = 0; column < width; ++column) {
-            if (!at_edge(row, column)) continue;
+            if (edges[row * width + column] == 0) continue;
             const std::size_t pixel = row * width + column;
             brdf::Rgb radiance = brdf::Rgb::Zero();
             for (int i = 0; i < kRays; ++i) {

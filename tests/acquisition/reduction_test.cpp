@@ -237,6 +237,18 @@ TEST_F(Reduction, SaysHowUncertainTheSensorsCurveMakesASample) {
   EXPECT_NEAR(sample.u_common_per_sr[1] / sample.value_per_sr[1], 0.004, 1e-3);
 }
 
+TEST_F(Reduction, TakesStrayLightOff) {
+  rig_.known.stray = {0.01, 0.002};
+  rig_.known.white.u_relative = 0.0;
+  rig_.known.u_lamp_relative = 0.0;
+  write_session(0.25);
+  const samples::Sample sample = reduce_centre().samples.samples[0];
+  // White: C (cos 30 + 0.01); sample: C (pi f cos 60 + 0.01), a quarter of it.
+  const double expected = (0.25 * (0.5 * std::numbers::sqrt3 + 0.01) - 0.01) / 0.5;
+  EXPECT_NEAR(std::numbers::pi * sample.value_per_sr[0] / expected, 1.0, 2e-3);
+  EXPECT_NEAR(std::numbers::pi * sample.u_common_per_sr[0], 0.002 / 0.5, 1e-4);
+}
+
 TEST_F(Reduction, IsNotBentByASensorWhoseResponseIsKnown) {
   // The sample shows twice the white's signal: 4000 DN to 2000 DN of 4031.
   bend_ = 0.05;

@@ -3,9 +3,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
+#include "gonio/acquisition/session_archive.h"
+#include "gonio/calibration/board/board_spec.h"
 #include "gonio/files/text_file.h"
 #include "workflow.h"
 
@@ -45,6 +49,40 @@ TEST_F(Calibrate, SaysWhatIsWrongWithTheCommand) {
       run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "stage_axes"}, 2).error,
       HasSubstr("take that step first"));
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "cal" / "calibration.json"));
+}
+
+TEST_F(Calibrate, DrawsTheBoardAtItsTrueSize) {
+  run({"board", "--out", "board.svg"});
+  const std::string svg = files::read_text_file(folder.path() / "board.svg", kEnough);
+  EXPECT_THAT(svg, HasSubstr("width=\"130mm\" height=\"118mm\""));  // 11 x 9 squares of 10 mm
+  double black_mm2 = 0.0;
+  const std::regex bar("h([0-9.]+)v([0-9.]+)h-");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), bar), end; it != end; ++it) {
+    black_mm2 += std::stod((*it)[1]) * std::stod((*it)[2]);
+  }
+  const calibration::board::BoardSpec spec;
+  const std::vector<bool> white = calibration::board::board_cells(spec).white;
+  const auto black = static_cast<double>(std::count(white.begin(), white.end(), false));
+  EXPECT_NEAR(black_mm2, black * spec.cell_mm() * spec.cell_mm(), 1e-6);
+}
+
+TEST_F(Calibrate, SaysWhatIsWrongWithAChart) {
+  const auto refused = [&](const std::string& chart) {
+    folder.write("chart.csv", chart);
+    return run({"calibrate", GONIO_RIGS "/lab_example.toml", "--out", "cal", "--chart",
+                "chart.csv"},
+               2)
+        .error;
+  };
+  EXPECT_THAT(refused("row,column,red,green\n0,0,1,1\n"), HasSubstr("found no column blue"));
+  EXPECT_THAT(refused("row,column,red,green,blue\n0,0,1,1,1\n0,0,1,1,1\n"),
+              HasSubstr("line 3: found the patch of row 0, column 0 again"));
+  EXPECT_THAT(refused("row,column,red,green,blue\n0,0,1,1,1\n1,1,1,1,1\n"),
+              HasSubstr("found 2 patches, expected all of 2 x 2"));
+  EXPECT_THAT(refused("row,column,red,green,blue\n0.5,0,1,1,1\n"), HasSubstr("whole number"));
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "cal", "--square-mm", "10.1"}, 2).error,
+              HasSubstr("has targets of its own"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "cal"));
 }
 
 TEST_F(Calibrate, NobodyMountingATargetEndsIt) {
@@ -94,7 +132,7 @@ TEST_F(Calibrate, RigCheckAndStatusSayWhichCalibrationIsUsedAndUntilWhen) {
   EXPECT_GE(document["calibration_reasons"].size(), 17U);
 
   run({"measure", "used.toml", "--plan", "list.csv", "--out", "session", "--material",
-       "builtin:grey-abs", "--accept-calibration"});
+       "builtin:grey-abs", "--accept-calibration", "--accept-unaligned"});
   const Ended status = run({"status", "session"});
   EXPECT_THAT(status.out, HasSubstr("calibration      "));
   EXPECT_THAT(status.out, HasSubstr("cal" + said));
@@ -104,6 +142,36 @@ TEST_F(Calibrate, RigCheckAndStatusSayWhichCalibrationIsUsedAndUntilWhen) {
   run({"report", "session", "--basis", "basis.h5", "--out", "report.html"});
   EXPECT_THAT(files::read_text_file(folder.path() / "report.html", kEnough),
               HasSubstr("cal" + said));
+}
+
+TEST_F(Calibrate, ASessionOnACalibrationWantsAnAlignedSample) {
+  run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks"});
+  // Its constants, as if the other steps had passed too.
+  run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:grey-abs", "--out",
+       "before"});
+  const acquisition::SessionReader session(folder.path() / "before");
+  folder.write("cal/instrument.json", session.configuration().at("calibration.json"));
+  std::vector<std::string> measure{
+      "measure", "rig.toml", "--plan",     "list.csv",         "--calibration",       "cal",
+      "--out",   "session",  "--material", "builtin:grey-abs", "--accept-calibration"};
+  EXPECT_THAT(run(measure, 2).error, HasSubstr("nobody has looked how the sample lies"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "session"));
+  measure.emplace_back("--accept-unaligned");
+  run(measure);
+  const auto status = nlohmann::json::parse(run({"status", "session", "--json"}).out);
+  EXPECT_EQ(status["metadata"]["alignment"], "none, accepted");
+}
+
+TEST_F(Calibrate, APlansJointsAreWorkedOutAgainForASampleThatLeans) {
+  train();
+  run({"plan", "--basis", "basis.h5", "--samples", "3", "--rig", "rig.toml", "--out", "plan.csv"});
+  EXPECT_THAT(files::read_text_file(folder.path() / "plan.csv", kEnough), HasSubstr("azimuth"));
+  run({"align", "rig.toml", "--out", "a.json", "--seat-sigma", "0.1"});
+  auto leaning = nlohmann::json::parse(files::read_text_file(folder.path() / "a.json", kEnough));
+  leaning["tilt_rad"] = {0.005, 0.0};
+  folder.write("a.json", leaning.dump());
+  run({"measure", "rig.toml", "--plan", "plan.csv", "--alignment", "a.json", "--material",
+       "builtin:grey-abs", "--dry-run"});
 }
 
 TEST_F(Calibrate, AMatteSampleIsAlignedByItsSeat) {

@@ -2,13 +2,10 @@
 
 #include <cmath>
 
-#include "calibration_setup.h"
 #include "command.h"
+#include "find_alignment.h"
 #include "gonio/calibration/result/step_refused.h"
-#include "gonio/calibration/routine/sample_alignment.h"
-#include "gonio/files/sha256.h"
 #include "gonio/instrument/alignment.h"
-#include "gonio/instrument/calibration_file.h"
 #include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
 #include "materials_input.h"
@@ -50,25 +47,15 @@ int align(Context& context, const AlignOptions& options) {
   const Console& console = context.console;
   files::require_creatable(options.out, overwrite(options.force));
   const KnownRig known = known_rig(options.rig, options.calibration);
+  const AlignmentRig rig{known.file, known.constants,
+                         !calibration_place(known.file, options.calibration).empty()};
   instrument::Alignment alignment;
-  alignment.sample = options.sample;
-  alignment.instrument_sha256 = files::sha256_of_bytes(instrument::to_json(known.constants));
   if (options.seat_sigma_deg > 0.0) {
-    alignment.method = "seat";
-    const double sigma = Angle::from_degrees(options.seat_sigma_deg).radians();
-    alignment.covariance = sigma * sigma * Eigen::Matrix2d::Identity();
+    alignment = alignment_by_seat(rig, Angle::from_degrees(options.seat_sigma_deg));
   } else {
     const auto opened = open_with_sample(context, known.file, options);
-    alignment.method = "highlight";
     try {
-      Progress progress(console, "aligning");
-      const auto found = calibration::routine::align_sample(
-          opened->devices(), known.constants, calibration_settings(known.file),
-          [&](const std::string& what, double fraction) { progress.update(fraction, what); },
-          context.stop);
-      alignment.tilt_x = found.normal.tilt_x;
-      alignment.tilt_y = found.normal.tilt_y;
-      alignment.covariance = found.normal.covariance;
+      alignment = alignment_by_highlight(console, rig, *opened, context.stop);
     } catch (const calibration::StepRefused& refused) {
       console.error(refused.what(),
                     "nothing was written; a matte sample is aligned by its seat: --seat-sigma DEG");
@@ -76,6 +63,7 @@ int align(Context& context, const AlignOptions& options) {
     }
     opened->require_safe();
   }
+  alignment.sample = options.sample;
   instrument::write_alignment(options.out, alignment, overwrite(options.force));
   console.result(fmt::format(
       "tilt about x {:+.4f} +- {:.4f} deg, about y {:+.4f} +- {:.4f} deg ({})\n",

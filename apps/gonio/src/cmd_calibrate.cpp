@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 
 #include "asking_changer.h"
+#include "calibration_run.h"
 #include "calibration_setup.h"
+#include "chart_certificate.h"
 #include "command.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/calibration/routine/routine.h"
@@ -32,11 +34,11 @@ struct CalibrateOptions {
   bool list = false;
   bool yes = false;
   bool json = false;
+  double square_mm = 0.0;  ///< 0: as drawn
+  std::string chart;
+  double patch_mm = calibration::routine::ChartSpec{}.patch_mm;
+  double gap_mm = calibration::routine::ChartSpec{}.gap_mm;
 };
-
-instrument::UtcSeconds now_utc() {
-  return std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
-}
 
 std::vector<std::string> step_names() {
   std::vector<std::string> names;
@@ -95,6 +97,20 @@ void require_steps(const std::vector<std::string>& steps) {
   }
 }
 
+/// With the targets that the operator has at hand.
+routine::RoutineSettings settings_of(const RigFile& rig, const CalibrateOptions& options) {
+  routine::RoutineSettings settings = calibration_settings(rig);
+  const bool simulated = rig.driver == RigFile::Driver::simulated;
+  if (simulated && (options.square_mm > 0.0 || !options.chart.empty())) {
+    throw UsageError("--square-mm, --chart: a simulated rig has targets of its own");
+  }
+  if (options.square_mm > 0.0) settings.board.square_mm = options.square_mm;
+  if (!options.chart.empty()) {
+    settings.chart = read_chart(options.chart, options.patch_mm, options.gap_mm);
+  }
+  return settings;
+}
+
 /// What is to be done: what was named, or all that is not valid, in order.
 std::vector<std::string> steps_wanted(const routine::Routine& calibration,
                                       const CalibrateOptions& options) {
@@ -107,22 +123,6 @@ std::vector<std::string> steps_wanted(const routine::Routine& calibration,
     if (named || all) wanted.push_back(step);
   }
   return wanted;
-}
-
-/// CAL/report.html: what a person looks at before trusting the numbers.
-void write_report(const routine::Routine& calibration, const routine::Folder& folder,
-                  const RigFile& rig, std::vector<calibration_report::RefusedStep> refused) {
-  if (calibration.archive().results.empty()) return;
-  calibration_report::CalibrationReportData data;
-  data.rig = rig.rig.name;
-  data.archive = calibration.archive();
-  data.observations = calibration_report::read_observations(data.archive, folder);
-  data.findings = calibration.findings();
-  data.instrument = calibration.instrument();
-  data.now = now_utc();
-  data.refused = std::move(refused);
-  files::write_text_file(folder.path / "report.html", calibration_report::html(data),
-                         files::Overwrite::Yes);
 }
 
 int calibrate(Context& context, const CalibrateOptions& options) {
@@ -139,17 +139,14 @@ int calibrate(Context& context, const CalibrateOptions& options) {
     throw UsageError(options.rig + ": rig.type: found \"chains\", expected \"la2\"",
                      "the calibration routine knows the reference rig only");
   }
+  const routine::RoutineSettings settings = settings_of(rig, options);
   const auto opened = open_rig(rig, Parts::all, context.stop, options.seed.value_or(1));
-  const auto calibration = blame(options.out, [&] {
-    return std::make_unique<routine::Routine>(nominal_instrument(rig), calibration_settings(rig),
-                                              routine::Folder{options.out}, serials_of(*opened),
-                                              now_utc);
-  });
+  routine::Routine calibration = calibration_in(options.out, rig, settings, *opened);
   const auto finish = [&](int code) {
     if (options.json) {
-      console.result(json_text(as_json(*calibration)));
+      console.result(json_text(as_json(calibration)));
     } else {
-      console.result(table(*calibration));
+      console.result(table(calibration));
     }
     return code;
   };
@@ -158,38 +155,24 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   AskingChanger person(opened->devices().changer);
   acquisition::DeviceSet devices = opened->devices();
   if (!options.yes) devices.changer = &person;
-  const std::vector<std::string> wanted = steps_wanted(*calibration, options);
-  Progress progress(console, "calibrating");
-  int code = kSuccess;
-  std::vector<calibration_report::RefusedStep> refusals;
-  for (std::size_t i = 0; i < wanted.size() && code == kSuccess; ++i) {
-    context.check_stop();
-    const PhaseTimer timer(console, wanted[i]);
-    const auto show = [&](const routine::Progress& now) {
-      progress.update((static_cast<double>(i) + now.fraction) / static_cast<double>(wanted.size()),
-                      fmt::format("{}: {}", now.step, now.what));
-    };
-    try {
-      calibration->take(wanted[i], devices, show, context.stop);
-    } catch (const calibration::StepRefused& refused) {
-      console.error(wanted[i] + ": " + refused.what(),
-                    fmt::format("nothing of it was kept; mend it, then the same command goes on "
-                                "with {}",
-                                wanted[i]));
-      refusals.push_back({wanted[i], refused.what()});
-      code = kDoNotTrust;
-    } catch (const std::invalid_argument& error) {
-      throw UsageError(error.what());  // a step named by --only whose inputs are missing
-    }
+  const auto refused =
+      take_steps(context, calibration, devices, steps_wanted(calibration, options));
+  if (refused) {
+    console.error(refused->step + ": " + refused->why,
+                  fmt::format("nothing of it was kept; mend it, then the same command goes on "
+                              "with {}",
+                              refused->step));
   }
   opened->require_safe();
-  const routine::Folder folder{options.out};
-  write_report(*calibration, folder, rig, std::move(refusals));
-  if (code == kSuccess && !calibration->archive().instrument_sha256.empty()) {
+  const std::filesystem::path folder = options.out;
+  write_calibration_report(
+      calibration, folder, rig,
+      refused ? std::vector{*refused} : std::vector<calibration_report::RefusedStep>{});
+  if (!refused && !calibration.archive().instrument_sha256.empty()) {
     console.say(fmt::format("{}: calibrated; look at {}, then measure with --calibration {}",
-                            options.out, (folder.path / "report.html").string(), options.out));
+                            options.out, (folder / "report.html").string(), options.out));
   }
-  return finish(code);
+  return finish(refused ? kDoNotTrust : kSuccess);
 }
 
 }  // namespace
@@ -207,6 +190,13 @@ void add_calibrate(const Command& root) {
   command.flag("--list", options->list, "Say where the steps stand; take none");
   command.seed(options->seed, "Of the simulated world (default 1)");
   command.flag("--yes", options->yes, "A simulated rig or a motorised changer mounts the targets");
+  command.number("--square-mm", options->square_mm, 1.0, 100.0,
+                 "Edge of the printed board's squares as measured (default: 10, as gonio board "
+                 "draws them)");
+  command.text("--chart", options->chart,
+               "Colour chart's values (CSV: row, column, red, green, blue; linear, white = 1)");
+  command.number("--patch-mm", options->patch_mm, 1.0, 100.0, "Edge of the chart's patches");
+  command.number("--gap-mm", options->gap_mm, 0.0, 50.0, "Between the chart's patches");
   command.flag("--json", options->json, "Print JSON");
   command.on_call(options, calibrate);
 }

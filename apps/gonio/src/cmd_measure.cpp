@@ -1,6 +1,5 @@
 #include <fmt/format.h>
-#include <unistd.h>
-
+#include <algorithm>
 #include <optional>
 
 #include "command.h"
@@ -29,6 +28,7 @@ struct MeasureOptions {
   std::string calibration;
   std::string alignment;
   bool accept_calibration = false;
+  bool accept_unaligned = false;
   std::string material;
   SessionLabels labels;
   std::optional<std::uint64_t> seed;
@@ -69,18 +69,33 @@ void set_sample(SessionSetup& session, const MeasureOptions& options) {
   session.material_name = named.name;
 }
 
-/// Puts the sample's frame where `gonio align` has found it.
-void align_instrument(instrument::Instrument& instrument, const MeasureOptions& options) {
-  if (options.alignment.empty()) return;
+/// Puts the sample's frame where `gonio align` has found it. A calibration knows the datum only: a
+/// sample on it leans by more than all of its angles are uncertain by, so that it has to be
+/// aligned.
+void align_sample(SessionSetup& session, const MeasureOptions& options) {
+  if (options.alignment.empty()) {
+    if (!session.calibration) return;  // the rig file says how far a sample may lean
+    if (!options.accept_unaligned) {
+      throw UsageError(
+          "nobody has looked how the sample lies on the calibrated rig",
+          "gonio align finds it, then --alignment FILE; --accept-unaligned goes on all the same, "
+          "and the session says so");
+    }
+    const Angle as_mounted = nominal_instrument(session.rig).u_normal;
+    session.instrument.u_normal = std::max(session.instrument.u_normal, as_mounted);
+    session.alignment["alignment"] = "none, accepted";
+    return;
+  }
   const instrument::Alignment alignment = instrument::read_alignment(options.alignment);
-  const std::string sha256 = files::sha256_of_bytes(instrument::to_json(instrument));
+  const std::string sha256 = files::sha256_of_bytes(instrument::to_json(session.instrument));
   if (alignment.instrument_sha256 != sha256 && !options.accept_calibration) {
     throw UsageError(fmt::format("{}: was made with other constants ({:.8}) than this session's "
                                  "({:.8})",
                                  options.alignment, alignment.instrument_sha256, sha256),
                      "align again, or --accept-calibration to use it all the same");
   }
-  instrument = instrument::aligned(instrument, alignment);
+  session.instrument = instrument::aligned(session.instrument, alignment);
+  session.alignment = alignment_metadata(alignment);
 }
 
 int measure(Context& context, const MeasureOptions& options) {
@@ -98,9 +113,12 @@ int measure(Context& context, const MeasureOptions& options) {
   session.instrument = instrument_of(session.rig, options.calibration);
   session.calibration = session_calibration(session.rig, options.calibration);
   session.accept_calibration = options.accept_calibration;
-  align_instrument(session.instrument, options);
+  align_sample(session, options);
   const rig::Inverse inverse(session.instrument.rig, session.rig.branches);
-  if (std::filesystem::exists(options.plan) && has_poses(options.plan, session.instrument.rig)) {
+  // A plan's joints are for a sample that lies straight: an aligned one is gone to by its
+  // directions.
+  if (options.alignment.empty() && std::filesystem::exists(options.plan) &&
+      has_poses(options.plan, session.instrument.rig)) {
     session.plan = read_poses(options.plan, session.instrument.rig);
     session.plan.duration_s += overhead_seconds(session.rig);
   } else {
@@ -168,6 +186,8 @@ void add_measure(const Command& root) {
   command.text("--alignment", options->alignment, "How the sample lies, from gonio align");
   command.flag("--accept-calibration", options->accept_calibration,
                "Go on with a calibration or alignment that would be refused");
+  command.flag("--accept-unaligned", options->accept_unaligned,
+               "With a calibration folder: go on without knowing how the sample lies");
   command.text("--material", options->material,
                "What lies on a simulated rig: a material file or builtin:NAME");
   command.label("--sample-id", options->labels.sample_id, "Stored with the session");

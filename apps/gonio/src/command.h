@@ -108,6 +108,7 @@ void add_materials(const Command& root);
 void add_train(const Command& root);
 void add_plan(const Command& root);
 void add_rig(const Command& root);
+void add_board(const Command& root);
 void add_calibrate(const Command& root);
 void add_align(const Command& root);
 void add_measure(const Command& root);

@@ -215,11 +215,11 @@ int run_command_line(int argc, char** argv) {
   const Command root(app, context);
   root.require_subcommand();
   for (const auto add :
-       {add_demo,      add_materials, add_train,       add_plan,    add_rig,
-        add_calibrate, add_align,     add_measure,     add_devices, add_home,
-        add_jog,       add_goto,      add_park,        add_shutter, add_snap,
-        add_status,    add_reduce,    add_reconstruct, add_sample,  add_evaluate,
-        add_compare,   add_convert,   add_render,      add_report,  add_completion}) {
+       {add_demo,        add_materials, add_train,    add_plan,    add_rig,     add_board,
+        add_calibrate,   add_align,     add_measure,  add_devices, add_home,    add_jog,
+        add_goto,        add_park,      add_shutter,  add_snap,    add_status,  add_reduce,
+        add_reconstruct, add_sample,    add_evaluate, add_compare, add_convert, add_render,
+        add_report,      add_completion}) {
     add(root);
   }
   try {

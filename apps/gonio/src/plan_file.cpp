@@ -112,7 +112,8 @@ acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
     if (!realises(rig, point.pose, point.direction)) {
       throw DataFormatError(path, fmt::format("line {}", row->line),
                             fmt::format("the joints do not realise this direction, branch {}, on "
-                                        "rig {}",
+                                        "rig {}: plan again with its calibration; for an aligned "
+                                        "sample leave the joints' columns out",
                                         branch, rig.name));
     }
     if (!inverse.on_named_side(point.direction, point.pose)) {

@@ -54,6 +54,7 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
     const std::string despite = fmt::format("{}", fmt::join(session.calibration->reasons(), "; "));
     if (!despite.empty()) metadata["calibration_accepted_despite"] = despite;
   }
+  metadata.insert(session.alignment.begin(), session.alignment.end());
   if (session.simulated) {
     metadata["simulated_material"] = session.material_name;
     metadata["seed"] = std::to_string(session.seed);
@@ -98,6 +99,13 @@ acquisition::DeviceSet with_changer(acquisition::DeviceSet devices, const Sessio
 }
 
 }  // namespace
+
+acquisition::SessionMetadata alignment_metadata(const instrument::Alignment& alignment) {
+  return {{"alignment", alignment.method},
+          {"alignment_sample", alignment.sample},
+          {"alignment_tilt_x_deg", fmt::format("{:.5f}", alignment.tilt_x.degrees())},
+          {"alignment_tilt_y_deg", fmt::format("{:.5f}", alignment.tilt_y.degrees())}};
+}
 
 void check_session(const SessionSetup& session) {
   const auto rig = open_simulated(session);

@@ -8,6 +8,7 @@
 #include "gonio/acquisition/session.h"
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/console/console.h"
+#include "gonio/instrument/alignment.h"
 #include "gonio/setup/rig_file.h"
 #include "materials_input.h"
 #include "session_calibration.h"
@@ -20,6 +21,9 @@ struct SessionLabels {
   std::string operator_name;
   std::string note;
 };
+
+/// How a sample's lie is known, for a session's archive.
+acquisition::SessionMetadata alignment_metadata(const instrument::Alignment& alignment);
 
 /// A session to run, on the simulated rig or on one of metal.
 struct SessionSetup {
@@ -35,8 +39,9 @@ struct SessionSetup {
   SessionLabels labels;
   std::filesystem::path archive;  ///< folder to create
   std::optional<SessionCalibration> calibration;
-  bool accept_calibration = false;  ///< also one that should not be used
-  bool ask_person = false;          ///< white placement manual: ask at the terminal
+  bool accept_calibration = false;         ///< also one that should not be used
+  acquisition::SessionMetadata alignment;  ///< how the sample's lie is known; may be empty
+  bool ask_person = false;                 ///< white placement manual: ask at the terminal
 };
 
 /// The check before anything moves, alone, on a simulated rig even for one of metal: nothing is

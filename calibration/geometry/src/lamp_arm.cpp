@@ -2,11 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include "gonio/calibration/geometry/least_squares.h"
 #include "gonio/calibration/result/step_refused.h"
@@ -346,6 +348,26 @@ DirectionEstimate lamp_direction(const LampArm& lamp, Angle reading) {
     return Eigen::VectorXd(geometry.lamp_at(reading.radians()).normalized());
   };
   return {direction(lamp_geometry_of(lamp.rig)), lamp_covariance_of(lamp, direction)};
+}
+
+std::vector<rig::RigDescription> one_sigma_rigs(const StageAxes& stage, const LampArm& lamp) {
+  // By way of the correlations: lengths in mm, angles in rad and pixels differ too much in size.
+  const Eigen::VectorXd sigmas = lamp.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd scale =
+      (sigmas.array() > 0.0).select(sigmas.cwiseInverse(), Eigen::VectorXd::Zero(sigmas.size()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> independent(
+      scale.asDiagonal() * lamp.covariance * scale.asDiagonal());
+  std::vector<rig::RigDescription> rigs;
+  for (Eigen::Index k = 0; k < sigmas.size(); ++k) {
+    const double variance = independent.eigenvalues()[k];
+    if (!(variance > 0.0)) continue;
+    const Eigen::VectorXd errors =
+        std::sqrt(variance) * sigmas.cwiseProduct(independent.eigenvectors().col(k));
+    rig::RigDescription rig = perturbed(stage, errors.tail(stage_parameter::kCount)).rig;
+    rig.lamp = rig_with(lamp, errors.head(par::kCount)).lamp;
+    rigs.push_back(std::move(rig));
+  }
+  return rigs;
 }
 
 LengthEstimate lamp_distance(const LampArm& lamp, Angle reading) {

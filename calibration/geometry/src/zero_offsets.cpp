@@ -47,36 +47,34 @@ void check_peaks(const char* step, const rig::RigDescription& rig, std::span<con
   }
 }
 
-/// Weighted least squares of 0 = slope + design * x per peak, with prior variances of x (0: none).
+/// Weighted least squares of 0 = slope + design * x per peak.
 struct PeakSystem {
   Eigen::MatrixXd normal;
   Eigen::VectorXd right;
-  Eigen::VectorXd by_lamp;  // what a turn of the lamp's zero adds to `right`
-  double degrees_of_freedom;
 
-  explicit PeakSystem(Eigen::Index unknowns, std::size_t peaks)
-      : normal(Eigen::MatrixXd::Zero(unknowns, unknowns)),
-        right(Eigen::VectorXd::Zero(unknowns)),
-        by_lamp(Eigen::VectorXd::Zero(unknowns)),
-        degrees_of_freedom(2.0 * static_cast<double>(peaks) - 2.0) {}
+  explicit PeakSystem(Eigen::Index unknowns)
+      : normal(Eigen::MatrixXd::Zero(unknowns, unknowns)), right(Eigen::VectorXd::Zero(unknowns)) {}
 
-  void add(const Peak& peak, const Eigen::MatrixXd& design, const Eigen::Vector2d& slope,
-           const Eigen::Vector2d& slope_by_lamp) {
+  void add(const Peak& peak, const Eigen::MatrixXd& design, const Eigen::Vector2d& slope) {
     const Eigen::Matrix2d weight = peak.covariance.inverse();
     normal += design.transpose() * weight * design;
     right -= design.transpose() * weight * slope;
-    by_lamp -= design.transpose() * weight * slope_by_lamp;
   }
 
-  /// Scatter beyond what the peaks say widens the covariance, luck does not narrow it.
-  Eigen::MatrixXd covariance(double chi2_per_dof, double u_lamp) const {
-    const Eigen::LDLT<Eigen::MatrixXd> factor(normal);
+  Eigen::VectorXd solution() const { return normal.ldlt().solve(right); }
+
+  /// Scatter beyond what the peaks say widens the covariance, luck does not narrow it. Symmetric to
+  /// the last digit, as files of it are read.
+  Eigen::MatrixXd covariance(double chi2_per_dof) const {
     const Eigen::MatrixXd own =
-        factor.solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
-    const Eigen::VectorXd follows = factor.solve(by_lamp);
-    return own * std::max(1.0, chi2_per_dof) + u_lamp * u_lamp * follows * follows.transpose();
+        normal.ldlt().solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
+    return 0.5 * (own + own.transpose()) * std::max(1.0, chi2_per_dof);
   }
 };
+
+double degrees_of_freedom(std::span<const Peak> peaks) {
+  return 2.0 * static_cast<double>(peaks.size()) - 2.0;
+}
 
 void require_agreement_of_peaks(const char* step, const std::vector<Eigen::Vector2d>& residuals,
                                 Angle limit) {
@@ -98,6 +96,44 @@ Eigen::Vector2d slope_by_offset(const rig::RigDescription& rig, const Peak& peak
   return half_slope_by_joint(rig, peak.joints, options.point_in_sample_mm, link.axis) / link.scale;
 }
 
+/// Zeros of azimuth and tilt with which all peaks lie where half vector and mirror say.
+struct ZeroFit {
+  rig::RigDescription rig;  ///< with them
+  Eigen::Vector2d mount;    ///< slope of the mirror in its mount
+  PeakSystem system;
+
+  Eigen::Vector2d zeros() const {
+    return {rig.sample.links[0].offset.radians(), rig.sample.links[1].offset.radians()};
+  }
+};
+
+ZeroFit zeros_of(const rig::RigDescription& rig, std::span<const Peak> peaks, double mount_weight,
+                 const PeakFitOptions& options) {
+  ZeroFit fit{rig, Eigen::Vector2d::Zero(), PeakSystem(4)};
+  rig::ChainLink& azimuth = fit.rig.sample.links[0];
+  rig::ChainLink& tilt = fit.rig.sample.links[1];
+  constexpr int kGaussNewtonSteps = 4;  // slopes are nearly linear in the offsets
+  for (int iteration = 0; iteration < kGaussNewtonSteps; ++iteration) {
+    fit.system = PeakSystem(4);
+    for (const Peak& peak : peaks) {
+      const double way = peak.turned ? -1.0 : 1.0;
+      Eigen::MatrixXd design(2, 4);
+      design << slope_by_offset(fit.rig, peak, azimuth, options),
+          slope_by_offset(fit.rig, peak, tilt, options), -way * Eigen::Matrix2d::Identity();
+      const Eigen::Vector2d slope =
+          half_slope(fit.rig, peak.joints, options.point_in_sample_mm) - way * fit.mount;
+      fit.system.add(peak, design, slope);
+    }
+    fit.system.normal.bottomRightCorner<2, 2>().diagonal().array() += mount_weight;
+    fit.system.right.tail<2>() -= mount_weight * fit.mount;
+    const Eigen::VectorXd change = fit.system.solution();
+    azimuth.offset += Angle::from_radians(change[0]);
+    tilt.offset += Angle::from_radians(change[1]);
+    fit.mount += change.tail<2>();
+  }
+  return fit;
+}
+
 }  // namespace
 
 ZeroOffsets fit_zero_offsets(const rig::RigDescription& rig, std::span<const Peak> peaks,
@@ -107,47 +143,27 @@ ZeroOffsets fit_zero_offsets(const rig::RigDescription& rig, std::span<const Pea
   if (!(u_mount_tilt > Angle())) {
     throw std::invalid_argument("zero offsets: the mount's tilt must have an uncertainty above 0");
   }
-  // Offsets of azimuth and tilt, slope of the mirror in its mount.
   const double mount_weight = 1.0 / (u_mount_tilt.radians() * u_mount_tilt.radians());
+  const ZeroFit fit = zeros_of(rig, peaks, mount_weight, options);
   ZeroOffsets result;
-  result.rig = rig;
-  Eigen::Vector2d mount = Eigen::Vector2d::Zero();
-  rig::ChainLink& azimuth = result.rig.sample.links[0];
-  rig::ChainLink& tilt = result.rig.sample.links[1];
-  PeakSystem system(4, peaks.size());
-  constexpr int kGaussNewtonSteps = 4;  // slopes are nearly linear in the offsets
-  for (int iteration = 0; iteration < kGaussNewtonSteps; ++iteration) {
-    system = PeakSystem(4, peaks.size());
-    for (const Peak& peak : peaks) {
-      const double way = peak.turned ? -1.0 : 1.0;
-      Eigen::MatrixXd design(2, 4);
-      design << slope_by_offset(result.rig, peak, azimuth, options),
-          slope_by_offset(result.rig, peak, tilt, options), -way * Eigen::Matrix2d::Identity();
-      const Eigen::Vector2d slope =
-          half_slope(result.rig, peak.joints, options.point_in_sample_mm) - way * mount;
-      system.add(peak, design, slope,
-                 slope_by_offset(result.rig, peak, result.rig.lamp.links[0], options));
-    }
-    system.normal.bottomRightCorner<2, 2>().diagonal().array() += mount_weight;
-    system.right.tail<2>() -= mount_weight * mount;
-    const Eigen::VectorXd change = system.normal.ldlt().solve(system.right);
-    azimuth.offset += Angle::from_radians(change[0]);
-    tilt.offset += Angle::from_radians(change[1]);
-    mount += change.tail<2>();
-  }
-  double chi2 = mount_weight * mount.squaredNorm();
+  result.rig = fit.rig;
+  double chi2 = mount_weight * fit.mount.squaredNorm();
   for (const Peak& peak : peaks) {
-    const Eigen::Vector2d left = half_slope(result.rig, peak.joints, options.point_in_sample_mm) -
-                                 (peak.turned ? -1.0 : 1.0) * mount;
+    const Eigen::Vector2d left = half_slope(fit.rig, peak.joints, options.point_in_sample_mm) -
+                                 (peak.turned ? -1.0 : 1.0) * fit.mount;
     chi2 += left.dot(peak.covariance.inverse() * left);
     result.residuals.push_back(left);
   }
   require_agreement_of_peaks(step, result.residuals, options.max_disagreement);
-  result.chi2_per_dof = chi2 / system.degrees_of_freedom;
-  result.covariance =
-      system.covariance(result.chi2_per_dof, options.u_lamp_zero.radians()).topLeftCorner<2, 2>();
-  result.azimuth = azimuth.offset - rig.sample.links[0].offset;
-  result.tilt = tilt.offset - rig.sample.links[1].offset;
+  result.chi2_per_dof = chi2 / degrees_of_freedom(peaks);
+  result.covariance = fit.system.covariance(result.chi2_per_dof).topLeftCorner<2, 2>();
+  for (const rig::RigDescription& other : options.one_sigma_rigs) {
+    const Eigen::Vector2d follows =
+        zeros_of(other, peaks, mount_weight, options).zeros() - fit.zeros();
+    result.covariance += follows * follows.transpose();
+  }
+  result.azimuth = fit.rig.sample.links[0].offset - rig.sample.links[0].offset;
+  result.tilt = fit.rig.sample.links[1].offset - rig.sample.links[1].offset;
   return result;
 }
 
@@ -155,18 +171,15 @@ MountNormal fit_mount_normal(const rig::RigDescription& rig, std::span<const Pea
                              const PeakFitOptions& options) {
   const char* const step = "mount normal";
   check_peaks(step, rig, peaks, options);
-  PeakSystem system(2, peaks.size());
-  for (const Peak& peak : peaks) {
-    system.add(peak, -Eigen::Matrix2d::Identity(), peak.slope,
-               slope_by_offset(rig, peak, rig.lamp.links[0], options));
-  }
-  const Eigen::Vector2d slope = system.normal.ldlt().solve(system.right);
+  PeakSystem system(2);
+  for (const Peak& peak : peaks) system.add(peak, -Eigen::Matrix2d::Identity(), peak.slope);
+  const Eigen::Vector2d slope = system.solution();
   std::vector<Eigen::Vector2d> residuals;
   MountNormal normal;
   for (const Peak& peak : peaks) {
     residuals.emplace_back(peak.slope - slope);
     normal.chi2_per_dof += residuals.back().dot(peak.covariance.inverse() * residuals.back()) /
-                           system.degrees_of_freedom;
+                           degrees_of_freedom(peaks);
   }
   require_agreement_of_peaks(step, residuals, options.max_disagreement);
   // The rotation vector that takes z to (slope, 1): across the slope.
@@ -176,8 +189,7 @@ MountNormal fit_mount_normal(const rig::RigDescription& rig, std::span<const Pea
   normal.tilt_y = Angle::from_radians(per_slope * slope.x());
   Eigen::Matrix2d turn;
   turn << 0.0, -1.0, 1.0, 0.0;
-  normal.covariance = turn * system.covariance(normal.chi2_per_dof, options.u_lamp_zero.radians()) *
-                      turn.transpose();
+  normal.covariance = turn * system.covariance(normal.chi2_per_dof) * turn.transpose();
   return normal;
 }
 

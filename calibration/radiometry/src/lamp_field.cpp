@@ -137,6 +137,38 @@ double falloff_sigma(const Eigen::MatrixXd& whitened_jacobian, const std::vector
   return std::sqrt(largest);
 }
 
+/// What all pixels of a view are off by together (the lamp, its monitor, the angles), as it shows
+/// in the views' mean residuals beyond the pixels' noise, carried into the parameters.
+Eigen::MatrixXd shared_by_views(const System& system, const std::vector<Row>& rows,
+                                std::size_t views, Eigen::Index channels,
+                                const Eigen::MatrixXd& normal_inverse) {
+  const Eigen::Index count = system.jacobian.cols();
+  std::vector<double> weight(views, 0.0);
+  std::vector<double> sum(views, 0.0);
+  Eigen::MatrixXd by_view = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(views));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(i);
+    const double per_sigma = 1.0 / rows[i].sigma;
+    weight[rows[i].view] += per_sigma * per_sigma;
+    sum[rows[i].view] += system.residual[at] * per_sigma;
+    by_view.col(static_cast<Eigen::Index>(rows[i].view)) +=
+        per_sigma * system.jacobian.row(at).transpose();
+  }
+  double squares = 0.0;
+  double noise = 0.0;
+  double used = 0.0;
+  for (std::size_t v = 0; v < views; ++v) {
+    if (!(weight[v] > 0.0)) continue;
+    squares += std::pow(sum[v] / weight[v], 2);
+    noise += 1.0 / weight[v];
+    used += 1.0;
+  }
+  // Fields are seen within a view; of its mean the constants take most.
+  const double free = std::max(1.0, used - static_cast<double>(channels));
+  const double variance = std::max(0.0, squares / free - noise / std::max(1.0, used));
+  return variance * normal_inverse * by_view * by_view.transpose() * normal_inverse;
+}
+
 void refuse_large_residual(const std::vector<Row>& rows, const Eigen::VectorXd& relative,
                            std::size_t views, double rms, double limit) {
   std::vector<double> sum(views, 0.0);
@@ -214,7 +246,8 @@ FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<
   if (!(fit.residual_rms <= limit)) {
     refuse_large_residual(rows, relative, views.size(), fit.residual_rms, limit);
   }
-  fit.covariance = normal_inverse * std::max(1.0, fit.chi2_per_dof);
+  fit.covariance = normal_inverse * std::max(1.0, fit.chi2_per_dof) +
+                   shared_by_views(system, rows, views.size(), channels, normal_inverse);
   if (const double sigma = falloff_sigma(system.jacobian, rows, fit.covariance); sigma > limit) {
     throw StepRefused(
         fmt::format("found views that cannot tell the lamp's field from the lens' falloff better "

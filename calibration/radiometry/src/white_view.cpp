@@ -27,8 +27,8 @@ std::optional<WhiteFactor> white_factor(const instrument::Instrument& instrument
       pose.world_from_lamp.inverse() * (pose.world_from_sample * geometry->point_in_sample_mm);
   const double x = (pixel.column - instrument.camera.cx_px) / instrument.camera.fx_px;
   const double y = (pixel.row - instrument.camera.cy_px) / instrument.camera.fy_px;
-  return WhiteFactor{view.monitor * white * geometry->factor, in_lamp.x() / in_lamp.z(),
-                     in_lamp.y() / in_lamp.z(), x * x + y * y};
+  return WhiteFactor{view.monitor * instrument::signal_over_constant(instrument, *geometry, white),
+                     in_lamp.x() / in_lamp.z(), in_lamp.y() / in_lamp.z(), x * x + y * y};
 }
 
 void require_white_views(const instrument::Instrument& instrument,
@@ -43,6 +43,8 @@ void require_white_views(const instrument::Instrument& instrument,
     require_view(std::isfinite(view.monitor) && view.monitor > 0.0, i,
                  fmt::format("a lamp monitor of {:g}", view.monitor),
                  "a positive reading: is the lamp on?");
+    require_view(std::isfinite(view.exposure_s) && view.exposure_s > 0.0, i,
+                 fmt::format("an exposure of {:g} s", view.exposure_s), "one above 0");
     require_view(!view.pixels.empty(), i, "no pixel", "at least one on the target");
     for (const PixelSignal& pixel : view.pixels) {
       require_view(std::isfinite(pixel.column) && std::isfinite(pixel.row), i,

@@ -83,10 +83,18 @@ void use_geometry(const Findings& findings, rig::RigDescription& rig) {
   if (findings.lamp_arm) rig.lamp = findings.lamp_arm->rig.lamp;
 }
 
+/// How far the normal of the datum may be off in a session, per axis: its zeros, and where the axes
+/// stand after another homing and move. How a sample lies on the datum is for its alignment to say.
+Angle datum_sigma(const Findings& findings) {
+  const Eigen::Matrix2d& zeros = findings.zeros->covariance;
+  const double scatter = joint_scatter(findings).radians();
+  const double homing = homing_scatter(findings).radians();
+  return Angle::from_radians(std::sqrt(0.5 * zeros.trace() + homing * homing + scatter * scatter));
+}
+
 }  // namespace
 
-instrument::Instrument calibrated(const instrument::Instrument& nominal, const Findings& findings,
-                                  const RoutineSettings& settings) {
+instrument::Instrument calibrated(const instrument::Instrument& nominal, const Findings& findings) {
   instrument::Instrument found = nominal;
   use_repeatability(findings, found.rig);
   use_sensor(findings, found.sensor);
@@ -105,11 +113,11 @@ instrument::Instrument calibrated(const instrument::Instrument& nominal, const F
   if (findings.linearity) {
     found.u_linearity_relative = residual_of(*findings.linearity);
   }
-  if (findings.zeros) {
-    const double zeros = 0.5 * findings.zeros->covariance.trace();
-    found.u_normal =
-        Angle::from_radians(std::hypot(std::sqrt(zeros), settings.sample.u_tilt.radians()));
+  if (findings.stray) {
+    found.stray = {std::max(0.0, findings.stray->fraction),
+                   std::hypot(findings.stray->sigma, findings.stray->spread)};
   }
+  if (findings.zeros) found.u_normal = datum_sigma(findings);
   return found;
 }
 
@@ -139,7 +147,7 @@ instrument::StepResult evaluate(const std::string& step, const Observations& obs
   if (found == evaluations.end()) {
     throw std::invalid_argument("no calibration step is called " + step);
   }
-  const instrument::Instrument instrument = calibrated(nominal, findings, settings);
+  const instrument::Instrument instrument = calibrated(nominal, findings);
   ResultBuilder result(step);
   found->second(observations, {nominal, settings, instrument}, findings, result);
   return result.take();

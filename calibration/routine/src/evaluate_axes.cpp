@@ -22,6 +22,12 @@ Angle joint_scatter(const Findings& findings) {
   return largest;
 }
 
+Angle homing_scatter(const Findings& findings) {
+  Angle largest = findings.homing.empty() ? Angle::from_degrees(kUsualScatter_deg) : Angle{};
+  for (const auto& [axis, scatter] : findings.homing) largest = std::max(largest, scatter.value);
+  return largest;
+}
+
 void evaluate_homing(const Observations& seen, const Known&, Findings& findings,
                      ResultBuilder& result) {
   for (const AxisRecord& record : seen.axes) {

@@ -156,8 +156,10 @@ void evaluate_lamp_arm(const Observations& seen, const Known& known, Findings& f
                        ResultBuilder& result) {
   geometry::LampArmOptions options;
   options.u_joint = joint_scatter(findings);
-  const geometry::LampArm found =
+  geometry::LampArm found =
       geometry::fit_lamp_arm(findings.stage.value(), seen.mirrors, known.settings.mirror, options);
+  const double homing = homing_scatter(findings).radians();
+  found.covariance(lamp::kOffset, lamp::kOffset) += homing * homing;
   findings.lamp_arm = found;
   const rig::ChainLink& arm = found.rig.lamp.links.at(0);
   const Eigen::Vector3d& lamp_home = found.rig.lamp.home_pose.translation();
@@ -197,12 +199,18 @@ void evaluate_zero_offsets(const Observations& seen, const Known& known, Finding
     peaks.push_back(peak);
   }
   geometry::PeakFitOptions options;
-  const auto& lamp_covariance = findings.lamp_arm->covariance;
-  options.u_lamp_zero =
-      Angle::from_radians(std::sqrt(lamp_covariance(lamp::kOffset, lamp::kOffset)));
-  const geometry::ZeroOffsets found =
+  options.one_sigma_rigs =
+      geometry::one_sigma_rigs(findings.stage.value(), findings.lamp_arm.value());
+  for (rig::RigDescription& other : options.one_sigma_rigs) {
+    Eigen::Isometry3d& face = other.sample.home_pose;
+    face.translation() += known.settings.sample.raised_mm * face.linear().col(2);
+  }
+  geometry::ZeroOffsets found =
       geometry::fit_zero_offsets(rig, peaks, known.settings.mirror.u_tilt, options);
   findings.peaks = peaks;
+  // Found with the axes as one homing has left them.
+  const double homing = homing_scatter(findings).radians();
+  found.covariance.diagonal().array() += homing * homing;
   findings.zeros = found;
   result.block({{"axis.azimuth.offset_deg", "deg", found.azimuth.radians(), kDegPerRad},
                 {"axis.tilt.offset_deg", "deg", found.tilt.radians(), kDegPerRad}},

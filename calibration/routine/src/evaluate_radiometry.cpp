@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "evaluate_steps.h"
 #include "gonio/calibration/result/step_refused.h"
@@ -55,6 +56,20 @@ ChannelMean constant_of(const instrument::Instrument& instrument, const WhiteVie
   return mean;
 }
 
+/// Of the constants, relative: what the lamp's distance and the angles are uncertain by.
+double geometry_sigma(const Known& known, const Findings& findings, const WhiteView& view) {
+  instrument::Instrument other = known.instrument;
+  other.rig = findings.stage->rig;
+  other.rig.lamp = findings.lamp_arm->rig.lamp;
+  const double middle = constant_of(other, view).mean();
+  double variance = 0.0;
+  for (rig::RigDescription& rig : geometry::one_sigma_rigs(*findings.stage, *findings.lamp_arm)) {
+    other.rig = std::move(rig);
+    variance += std::pow(constant_of(other, view).mean() / middle - 1.0, 2);
+  }
+  return std::sqrt(variance);
+}
+
 }  // namespace
 
 void evaluate_flat_field(const Observations& seen, const Known& known, Findings& findings,
@@ -100,6 +115,9 @@ void evaluate_white(const Observations& seen, const Known& known, Findings& find
                     ResultBuilder& result) {
   require_white_views(known.instrument, seen.whites);
   WhiteConstant white;
+  // The fields are 1 on their axes, the reference is seen and lit beside them.
+  const double shape = findings.fields.value().residual_rms;
+  const double geometry = geometry_sigma(known, findings, seen.whites.front());
   std::array<std::vector<ChannelMean>, 3> takes;
   for (const WhiteView& view : seen.whites) {
     takes[static_cast<std::size_t>(view.channel)].push_back(constant_of(known.instrument, view));
@@ -118,7 +136,8 @@ void evaluate_white(const Observations& seen, const Known& known, Findings& find
     white.constant[channel] = all.mean();
     const double noise = 1.0 / std::sqrt(all.weight) / all.mean();
     const double drift = findings.lamp ? findings.lamp->sigma : 0.0;
-    white.relative_sigma[channel] = std::hypot(noise, drift);
+    const double common = std::hypot(shape, geometry);
+    white.relative_sigma[channel] = std::hypot(noise, drift, common);
     white.disagreement = std::max(white.disagreement, highest / lowest - 1.0);
     result.parameter(
         std::string("white.constant_") + kChannelNames[channel], "DN/s mm2 sr per unit of monitor",
@@ -184,6 +203,7 @@ void evaluate_verification(const Observations& seen, const Known& known, Finding
   data.constant = findings.white.value().constant;
   data.white = seen.whites;
   data.ratios = seen.ratios;
+  data.unseen = seen.unseen;
   const geometry::LampArm& lamp = findings.lamp_arm.value();
   const Eigen::Vector2d tilt(lamp.mirror_tilt_x.radians(), lamp.mirror_tilt_y.radians());
   for (const geometry::MirrorView& view : seen.mirrors) {

@@ -38,5 +38,7 @@ void evaluate_verification(const Observations&, const Known&, Findings&, ResultB
 
 /// Where an axis comes to stand about its reading: the largest of those found, or a usual one.
 Angle joint_scatter(const Findings& findings);
+/// Where its zero comes to lie by one homing, the same way.
+Angle homing_scatter(const Findings& findings);
 
 }  // namespace gonio::calibration::routine

@@ -49,6 +49,14 @@ MirrorSight::MirrorSight(Bench& bench, bool turned) : bench_(bench) {
     const Eigen::Vector2d turns = moves.inverse() * (wanted - here.pixel);
     azimuth_off_ = azimuth_off_ + turns.x() * kSearch;
     tilt_off_ = tilt_off_ + turns.y() * kSearch;
+    if (!bench.allowed(bisecting(kFirstArm))) {
+      throw StepRefused(fmt::format(
+          "mirror: found the lamp's image to want azimuth {:.1f}, tilt {:.1f} deg, beyond the "
+          "axes' "
+          "limits, expected it near the middle: is the mirror in the holder, and do the axes turn "
+          "the way the rig file says?",
+          (0.5 * kFirstArm + azimuth_off_).degrees(), tilt_off_.degrees()));
+    }
     bench.go(bisecting(kFirstArm));
   }
 }

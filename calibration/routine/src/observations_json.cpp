@@ -140,6 +140,7 @@ geometry::StageView board_of(JsonFields& fields) {
 Json white_json(const WhiteView& view) {
   Json json = {{"channel", view.channel},
                {"monitor", view.monitor},
+               {"exposure_s", view.exposure_s},
                {"pixels", flat(view.pixels, [](const PixelSignal& p, Json& v) {
                   for (const double x : {p.column, p.row, p.dn_per_s, p.sigma_dn_per_s})
                     v.push_back(x);
@@ -153,6 +154,7 @@ WhiteView white_of(JsonFields& fields) {
   view.joints = joints_of(fields);
   view.channel = static_cast<int>(fields.whole("channel", 0, 2));
   view.monitor = fields.number("monitor");
+  view.exposure_s = fields.number("exposure_s");
   each_flat<4>(fields, "pixels", [&](const double* v) {
     view.pixels.push_back({v[0], v[1], v[2], v[3]});
   });

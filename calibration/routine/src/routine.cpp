@@ -107,9 +107,7 @@ instrument::StepState Routine::state_of(const std::string& step) const {
   return instrument::state_of(archive_, step, now_());
 }
 
-instrument::Instrument Routine::instrument() const {
-  return calibrated(nominal_, findings_, settings_);
-}
+instrument::Instrument Routine::instrument() const { return calibrated(nominal_, findings_); }
 
 const instrument::StepResult& Routine::take(const std::string& name,
                                             const acquisition::DeviceSet& devices,
@@ -169,7 +167,7 @@ void Routine::store(const std::string& step, const Observations& observations,
   archive.instrument_sha256.clear();
   std::string constants;
   if (instrument::steps_to_take(archive, now_()).empty()) {
-    instrument::Instrument found = calibrated(nominal_, findings, settings_);
+    instrument::Instrument found = calibrated(nominal_, findings);
     found.id = fmt::format("{}, calibrated {:%F %H:%M} UTC", nominal_.rig.name, now_());
     constants = instrument::to_json(found);
     archive.instrument_sha256 = files::sha256_of_bytes(constants);

@@ -78,6 +78,12 @@ LampField lamp_field_from_json(JsonFields fields) {
   return field;
 }
 
+StrayLight stray_from_json(JsonFields fields) {
+  StrayLight stray{fields.number("fraction"), fields.number("u_fraction")};
+  fields.finish();
+  return stray;
+}
+
 /// A list of {theta_i_deg, relative}, or an object with three lists of nodes and the factors.
 AngularTable angular_from_json(JsonFields& white) {
   constexpr std::size_t kMaxNodes = 1000000;
@@ -133,53 +139,56 @@ std::string to_json(const Instrument& instrument) {
   const SensorModel& sensor = instrument.sensor;
   const LampField& field = instrument.lamp_field;
   const brdf::Rgb& white = instrument.white.reflectance;
-  const Json document = {{"format", kFormat},
-                         {"version", kVersion},
-                         {"id", instrument.id},
-                         {"rig", rig_to_json(instrument.rig)},
-                         {"camera",
-                          {{"width_px", camera.width_px},
-                           {"height_px", camera.height_px},
-                           {"fx_px", camera.fx_px},
-                           {"fy_px", camera.fy_px},
-                           {"cx_px", camera.cx_px},
-                           {"cy_px", camera.cy_px},
-                           {"k1", camera.k1},
-                           {"k2", camera.k2},
-                           {"p1", camera.p1},
-                           {"p2", camera.p2}}},
-                         {"sensor",
-                          {{"gain_dn_per_e", sensor.gain_dn_per_e},
-                           {"read_noise_e", sensor.read_noise_e},
-                           {"full_well_e", sensor.full_well_e},
-                           {"black_level_dn", sensor.black_level_dn},
-                           {"saturation_dn", sensor.saturation_dn},
-                           {"dark_current_e_per_s", sensor.dark_current_e_per_s},
-                           {"prnu", sensor.prnu},
-                           {"response",
-                            {{"scale_dn", sensor.response.scale_dn},
-                             {"c1", sensor.response.c1},
-                             {"c2", sensor.response.c2}}},
-                           {"shutter_offset_s", sensor.shutter_offset_s},
-                           {"bad_pixels", pixels_to_json(sensor.bad_pixels)}}},
-                         {"vignetting",
-                          {{"v1", instrument.vignetting.v1},
-                           {"v2", instrument.vignetting.v2},
-                           {"v3", instrument.vignetting.v3}}},
-                         {"lamp_field",
-                          {{"c10", field.c10},
-                           {"c01", field.c01},
-                           {"c20", field.c20},
-                           {"c11", field.c11},
-                           {"c02", field.c02}}},
-                         {"white",
-                          {{"id", instrument.white.id},
-                           {"reflectance", Json::array({white[0], white[1], white[2]})},
-                           {"angular", angular_to_json(instrument.white.angular)},
-                           {"u_relative", instrument.white.u_relative}}},
-                         {"u_normal_deg", instrument.u_normal.degrees()},
-                         {"u_lamp_relative", instrument.u_lamp_relative},
-                         {"u_linearity_relative", instrument.u_linearity_relative}};
+  const Json document = {
+      {"format", kFormat},
+      {"version", kVersion},
+      {"id", instrument.id},
+      {"rig", rig_to_json(instrument.rig)},
+      {"camera",
+       {{"width_px", camera.width_px},
+        {"height_px", camera.height_px},
+        {"fx_px", camera.fx_px},
+        {"fy_px", camera.fy_px},
+        {"cx_px", camera.cx_px},
+        {"cy_px", camera.cy_px},
+        {"k1", camera.k1},
+        {"k2", camera.k2},
+        {"p1", camera.p1},
+        {"p2", camera.p2}}},
+      {"sensor",
+       {{"gain_dn_per_e", sensor.gain_dn_per_e},
+        {"read_noise_e", sensor.read_noise_e},
+        {"full_well_e", sensor.full_well_e},
+        {"black_level_dn", sensor.black_level_dn},
+        {"saturation_dn", sensor.saturation_dn},
+        {"dark_current_e_per_s", sensor.dark_current_e_per_s},
+        {"prnu", sensor.prnu},
+        {"response",
+         {{"scale_dn", sensor.response.scale_dn},
+          {"c1", sensor.response.c1},
+          {"c2", sensor.response.c2}}},
+        {"shutter_offset_s", sensor.shutter_offset_s},
+        {"bad_pixels", pixels_to_json(sensor.bad_pixels)}}},
+      {"vignetting",
+       {{"v1", instrument.vignetting.v1},
+        {"v2", instrument.vignetting.v2},
+        {"v3", instrument.vignetting.v3}}},
+      {"lamp_field",
+       {{"c10", field.c10},
+        {"c01", field.c01},
+        {"c20", field.c20},
+        {"c11", field.c11},
+        {"c02", field.c02}}},
+      {"stray",
+       {{"fraction", instrument.stray.fraction}, {"u_fraction", instrument.stray.u_fraction}}},
+      {"white",
+       {{"id", instrument.white.id},
+        {"reflectance", Json::array({white[0], white[1], white[2]})},
+        {"angular", angular_to_json(instrument.white.angular)},
+        {"u_relative", instrument.white.u_relative}}},
+      {"u_normal_deg", instrument.u_normal.degrees()},
+      {"u_lamp_relative", instrument.u_lamp_relative},
+      {"u_linearity_relative", instrument.u_linearity_relative}};
   return document.dump(2) + "\n";
 }
 
@@ -195,6 +204,8 @@ Instrument instrument_from_json(const std::string& text, const std::filesystem::
   instrument.sensor = sensor_from_json(fields.object("sensor"));
   instrument.vignetting = vignetting_from_json(fields.object("vignetting"));
   instrument.lamp_field = lamp_field_from_json(fields.object("lamp_field"));
+  // Younger than the format.
+  if (fields.has("stray")) instrument.stray = stray_from_json(fields.object("stray"));
   instrument.white = white_from_json(fields.object("white"));
   instrument.u_normal = Angle::from_degrees(fields.number("u_normal_deg"));
   instrument.u_lamp_relative = fields.number("u_lamp_relative");

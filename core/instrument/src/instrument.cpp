@@ -26,6 +26,7 @@ void require(bool ok, const char* field, double value, const char* expected) {
 constexpr double kMostBend = 0.1;
 constexpr double kLeastScale = 0.9;  ///< of the range from black to saturation
 constexpr double kLongestShutterOffset_s = 1e-3;
+constexpr double kMostStray = 0.1;
 constexpr double kMostBadPixels = 0.01;  ///< of all
 
 void require_response(const SensorModel& sensor) {
@@ -83,6 +84,10 @@ void Instrument::validate() const {
     require(white.reflectance[c] > 0.0 && white.reflectance[c] <= 1.5, "white.reflectance",
             white.reflectance[c], "above 0, at most 1.5");
   }
+  require(stray.fraction >= 0.0 && stray.fraction <= kMostStray, "stray.fraction", stray.fraction,
+          "0 to 0.1");
+  require(stray.u_fraction >= 0.0 && stray.u_fraction <= kMostStray, "stray.u_fraction",
+          stray.u_fraction, "0 to 0.1");
   require_table(white.angular);
   require(white.u_relative >= 0.0, "white.u_relative", white.u_relative, "0 or more");
   require(u_normal >= Angle(), "u_normal_deg", u_normal.degrees(), "0 or more");

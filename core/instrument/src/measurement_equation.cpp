@@ -1,5 +1,7 @@
 #include "gonio/instrument/measurement_equation.h"
 
+#include <numbers>
+
 namespace gonio::instrument {
 
 std::optional<PixelGeometry> pixel_geometry(const Instrument& instrument, const rig::RigPose& pose,
@@ -20,12 +22,17 @@ std::optional<PixelGeometry> pixel_geometry(const Instrument& instrument, const 
       pose.world_from_lamp.inverse() * (pose.world_from_sample * geometry.point_in_sample_mm);
   double falloff = 1.0;
   double intensity = 1.0;
+  double square_mm = 1.0;
   if (!pose.collimated_lamp) {
     if (!(point_in_lamp.z() > 0.0)) return std::nullopt;
     falloff = 1.0 / point_in_lamp.squaredNorm();
     intensity = relative_intensity(instrument.lamp_field, point_in_lamp);
+    square_mm =
+        (pose.world_from_lamp.translation() - pose.world_from_sample.translation()).squaredNorm();
   }
-  geometry.factor = relative_response(instrument, column, row) * intensity * cos_theta_i * falloff;
+  const double response = relative_response(instrument, column, row);
+  geometry.factor = response * intensity * cos_theta_i * falloff;
+  geometry.stray_factor = response * std::numbers::inv_pi / square_mm;
   return geometry;
 }
 

@@ -147,10 +147,11 @@ TEST(ZeroOffsets, AreFoundFromPeaksOfAMirror) {
 TEST(ZeroOffsets, StateTheirUncertainty) {
   constexpr double kLamp_deg = 0.01;
   test::Coverage coverage;
-  PeakFitOptions options;
-  options.u_lamp_zero = Angle::from_degrees(kLamp_deg);
   for (std::uint64_t seed = 300; seed < 324; ++seed) {
     const MovedZeros moved = moved_zeros(seed, kMount.degrees(), kLamp_deg);
+    PeakFitOptions options;
+    options.one_sigma_rigs = {moved.believed};
+    options.one_sigma_rigs[0].lamp.links[0].offset += Angle::from_degrees(kLamp_deg);
     for (const bool both_ways : {true, false}) {
       const ZeroOffsets found =
           fit_zero_offsets(moved.believed, mirror_peaks(moved, seed, both_ways), kMount, options);
@@ -214,6 +215,7 @@ TEST(MountNormal, StatesItsUncertainty) {
     const double y_deg = test::uniform(stream, 0.3);
     const Shiny sample = glossy(seed, x_deg, y_deg);
     const MountNormal found = fit_mount_normal(sample.rig, two_peaks(sample, seed));
+    ASSERT_EQ(found.covariance(0, 1), found.covariance(1, 0)) << "an alignment file refuses it";
     coverage.count(found.tilt_x.radians() - Angle::from_degrees(x_deg).radians(),
                    std::sqrt(found.covariance(0, 0)));
     coverage.count(found.tilt_y.radians() - Angle::from_degrees(y_deg).radians(),

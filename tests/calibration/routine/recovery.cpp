@@ -14,15 +14,6 @@ double degrees_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return Angle::from_radians(std::atan2(a.cross(b).norm(), a.dot(b))).degrees();
 }
 
-/// Where the axes really stand when they say `readings`, approached from below.
-rig::Joints true_joints(const sim::SimOptions& truth, const rig::Joints& readings) {
-  rig::Joints joints = readings;
-  for (std::size_t i = 0; i < joints.size(); ++i) {
-    joints[i] += truth.axes[i].zero_offset - 0.5 * truth.axes[i].backlash;
-  }
-  return joints;
-}
-
 instrument::CameraModel true_camera(const sim::CameraOptions& c) {
   return {c.width_px, c.height_px, c.fx_px, c.fy_px, c.cx_px, c.cy_px, c.k1, c.k2, c.p1, c.p2};
 }
@@ -32,6 +23,14 @@ rig::Joints deg(double arm, double azimuth, double tilt) {
 }
 
 }  // namespace
+
+rig::Joints true_joints(const sim::SimOptions& truth, const rig::Joints& readings) {
+  rig::Joints joints = readings;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    joints[i] += truth.axes[i].zero_offset - 0.5 * truth.axes[i].backlash;
+  }
+  return joints;
+}
 
 std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& truth,
                                  double angles) {
@@ -81,7 +80,8 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
         rig::forward(truth.rig, true_joints(truth, readings)).world_from_sample.linear().col(2);
     all.push_back({fmt::format("sample normal at azimuth {:g}, tilt {:g}", readings[1].degrees(),
                                readings[2].degrees()),
-                   "deg", degrees_between(normal, really), 0.0, 2, 0.01 * angles});
+                   "deg", degrees_between(normal, really), instrument.u_normal.degrees(), 2,
+                   0.01 * angles});
     if (readings[1].radians() != 0.0) continue;
     const auto heading = [](const Eigen::Vector3d& n) { return std::atan2(n.y(), n.x()); };
     const auto& zeros = found.zeros.value().covariance;
@@ -101,6 +101,14 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
     all.push_back({fmt::format("wi at {:g} deg", arm_deg), "deg",
                    degrees_between(wi.direction, really), wi.sigma().degrees(), 2, 0.02 * angles});
   }
+  const auto at_home = deg(60, 0, 0);
+  const double distance_mm =
+      (to_gauge *
+       rig::forward(truth.rig, true_joints(truth, at_home)).world_from_lamp.translation())
+          .norm();
+  const auto distance = geometry::lamp_distance(found.lamp_arm.value(), at_home[0]);
+  all.push_back({"lamp distance", "", distance.value_mm / distance_mm - 1.0,
+                 distance.sigma_mm / distance_mm, 1, 0.003});
   for (std::size_t i = 0; i < truth.rig.axes.size(); ++i) {
     const auto& axis = found.repeatability.at(truth.rig.axes[i].name);
     all.push_back({truth.rig.axes[i].name + " backlash", "deg",

@@ -18,6 +18,9 @@ struct Recovered {
   double limit = 0.0;  ///< of |error|
 };
 
+/// Where the axes really stand when they say `readings`, approached from below.
+rig::Joints true_joints(const sim::SimOptions& truth, const rig::Joints& readings);
+
 /// All that the specification sets a limit for (rig_and_calibration, 3.8). `angles` is what the
 /// limits of angles are multiplied by: a quarter of the pixels see a quarter of the angle.
 std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& truth,

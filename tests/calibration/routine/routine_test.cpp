@@ -50,7 +50,8 @@ TEST(Routine, FindsTheSensorOfAHiddenWorldAndGoesOnFromTheFolder) {
 
 class HiddenTruth : public ::testing::TestWithParam<std::uint64_t> {};
 
-// The whole routine at a quarter of the pixels; the full size is in the benchmark.
+// The whole routine at a quarter of the pixels; another seed is looked at by calibrated_world, and
+// the full size in the benchmark.
 TEST_P(HiddenTruth, IsFoundWithinTheLimits) {
   const TemporaryFolder folder;
   test::HiddenBench bench(GetParam());
@@ -65,7 +66,7 @@ TEST_P(HiddenTruth, IsFoundWithinTheLimits) {
   }
   EXPECT_TRUE(std::filesystem::exists(folder.path() / "cal" / "instrument.json"));
 }
-INSTANTIATE_TEST_SUITE_P(Seeds, HiddenTruth, ::testing::Values(1U, 2U));
+INSTANTIATE_TEST_SUITE_P(Seeds, HiddenTruth, ::testing::Values(2U));
 
 }  // namespace
 }  // namespace gonio::calibration::routine

@@ -36,6 +36,7 @@ TEST(CalibrationFile, ReadsBackWhatItWrote) {
   written.lamp_field.c11 = 1.0 / 3.0;
   written.sensor.response = {4011.0, 0.001, 1.0 / 300.0};
   written.sensor.shutter_offset_s = 3.1e-6;
+  written.stray = {5.1e-4, 1.0 / 30000.0};
   written.sensor.bad_pixels = {{319, 255}, {0, 0}, {17, 3}};
   written.rig.keep_outs.push_back(
       {"post", {{1, Angle::from_degrees(80), Angle::from_degrees(90)}}});

@@ -15,9 +15,10 @@ struct Alignment {
   /// (tilt_x, tilt_y, 0).
   Angle tilt_x;
   Angle tilt_y;
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  ///< of (tilt_x, tilt_y), rad^2
-  std::string method;                                    ///< "highlight" or "seat"
-  std::string sample;                                    ///< free text, no newline
+  /// Of (tilt_x, tilt_y), rad^2, with what the rig's own normal is uncertain by.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  std::string method;             ///< "highlight" or "seat"
+  std::string sample;             ///< free text, no newline
   std::string instrument_sha256;  ///< of the constants it was made with: to_json(Instrument)
 
   /// Throws std::invalid_argument naming the field: an angle beyond 20 deg, a covariance that is

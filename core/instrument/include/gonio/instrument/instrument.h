@@ -53,6 +53,12 @@ struct LampField {
   double c02 = 0.0;
 };
 
+/// Light that reaches every pixel by other ways than the sample, in proportion to the lamp's.
+struct StrayLight {
+  double fraction = 0.0;    ///< of a perfect white lit along its normal at the rig's centre
+  double u_fraction = 0.0;  ///< standard uncertainty, also of what changes from pose to pose
+};
+
 /// D of a white reference at the nodes of a grid of directions.
 struct AngularTable {
   std::vector<double> theta_i_deg;    ///< ascending, 0 .. 90
@@ -84,6 +90,7 @@ struct Instrument {
   SensorModel sensor;
   Vignetting vignetting;
   LampField lamp_field;
+  StrayLight stray;
   WhiteReference white;
   Angle u_normal;                     ///< sd per tangential axis of the sample normal's direction
   double u_lamp_relative = 0.0;       ///< lamp field and monitor, per pose

@@ -15,7 +15,16 @@ struct PixelGeometry {
   /// V I cos theta_i / r^2 with r in mm (r = 1 for a collimated lamp): the signal of a pixel is
   /// C * f * factor. There is no cos theta_o: a pixel's footprint grows as its inverse.
   double factor = 0.0;
+  /// V / (pi r^2) with r from the lamp to the rig's centre: stray light adds C * stray_factor *
+  /// StrayLight::fraction to the signal.
+  double stray_factor = 0.0;
 };
+
+/// What the pixel has to show for a BRDF `f`, over C.
+inline double signal_over_constant(const Instrument& instrument, const PixelGeometry& pixel,
+                                   double f) {
+  return f * pixel.factor + instrument.stray.fraction * pixel.stray_factor;
+}
 
 /// Geometry of a pixel; empty when its ray misses the sample plane's front side or the lamp stands
 /// behind the plane.

@@ -79,6 +79,10 @@ LampArm fit_lamp_arm(const StageAxes& stage, std::span<const MirrorView> views,
 /// Unit vector from the world's origin to the lamp with the arm at `reading`: wi for a sample
 /// there.
 DirectionEstimate lamp_direction(const LampArm& lamp, Angle reading);
+/// Rigs that differ from the one found (`stage` with the lamp's chain of `lamp`) by one standard
+/// deviation of an independent error of stage and lamp each. What is found with the whole rig moves
+/// with them, and the sum of the squares of how far is its variance.
+std::vector<rig::RigDescription> one_sigma_rigs(const StageAxes& stage, const LampArm& lamp);
 /// Its distance from the world's origin.
 LengthEstimate lamp_distance(const LampArm& lamp, Angle reading);
 

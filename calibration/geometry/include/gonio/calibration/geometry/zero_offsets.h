@@ -10,8 +10,10 @@ namespace gonio::calibration::geometry {
 
 struct PeakFitOptions {
   Eigen::Vector3d point_in_sample_mm = Eigen::Vector3d::Zero();  ///< as for fit_peak
-  /// Of the lamp arm's zero. Peaks tell azimuth - arm / 2 only, so half of it goes into the result.
-  Angle u_lamp_zero;
+  /// What the rig itself is uncertain by: rigs that differ from the one given by one standard
+  /// deviation of an independent error each (one_sigma_rigs()). The result follows half an error of
+  /// the lamp arm's zero, say, and its covariance says so.
+  std::vector<rig::RigDescription> one_sigma_rigs;
   Angle min_arm_separation = Angle::from_degrees(10.0);  ///< between two peaks at least
   /// Peaks that contradict each other by more (rms per axis) are refused.
   Angle max_disagreement = Angle::from_degrees(0.1);
@@ -41,10 +43,10 @@ ZeroOffsets fit_zero_offsets(const rig::RigDescription& rig, std::span<const Pea
 
 /// How a sample's normal leans in its mount.
 struct MountNormal {
-  Angle
-      tilt_x;  ///< the normal is z turned by the rotation vector (tilt_x, tilt_y, 0), sample frame
+  /// The normal is z turned by the rotation vector (tilt_x, tilt_y, 0), sample frame.
+  Angle tilt_x;
   Angle tilt_y;
-  Eigen::Matrix2d covariance;  ///< of (tilt_x, tilt_y), rad^2
+  Eigen::Matrix2d covariance;  ///< of (tilt_x, tilt_y), rad^2, as far as the peaks know
   double chi2_per_dof = 0.0;   ///< of the peaks about the result
 };
 

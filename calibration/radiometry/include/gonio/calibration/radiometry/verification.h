@@ -32,12 +32,13 @@ struct VerificationData {
   std::vector<WhiteView> white;       ///< at poses other than the reference's
   std::vector<HighlightView> mirror;  ///< at three lamp angles or more
   std::vector<RatioCheck> ratios;
+  std::vector<std::string> unseen;  ///< what was looked for and not found, a line each
 };
 
 /// A single mistake that could explain the residuals.
 enum class Cause {
   none,
-  stale_white,         ///< one factor on everything: the white, the lamp or the constant is old
+  stale_white,         ///< one factor on all of a colour: white, lamp or constant are old
   zero_offset,         ///< an axis counts from another zero
   axis_sign,           ///< an axis turns the other way
   response_curve,      ///< signal goes with a power of the light: gamma, lookup table
@@ -58,10 +59,13 @@ struct Verification {
 
 /// Compares what was measured with what the calibrated instrument predicts, and names the single
 /// mistake that explains a failure best: every cause is a change of the forward model whose size is
-/// fitted to all residuals together (chi^2); a second parameter has to earn its place.
+/// fitted to all residuals together (chi^2); a second parameter has to earn its place. Poses that
+/// showed nothing (`unseen`) leave the naming to the rest: an axis that turns the other way takes
+/// the lamp's image out of the mirror.
 ///
 /// Limits   white 1.5 % per region mean, mirror image 0.05 deg of wi, ratios as each says.
-/// Throws   StepRefused: as require_white_views(); fewer than 3 white poses or 3 mirror poses.
+/// Throws   StepRefused: as require_white_views(); fewer than 3 white poses; a white as expected
+///          beside fewer than 3 mirror poses or with something unseen.
 Verification verify(const instrument::Instrument& instrument, const VerificationData& data);
 
 }  // namespace gonio::calibration

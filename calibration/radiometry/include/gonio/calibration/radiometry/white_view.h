@@ -22,12 +22,14 @@ struct WhiteView {
   int channel = 0;       ///< index of the lamp's channel, 0 to 2, and of the white's colour
   double monitor = 1.0;  ///< the lamp monitor's reading, above 0
   std::vector<PixelSignal> pixels;
+  double exposure_s = 1.0;  ///< of the picture; above 0
 };
 
 /// What a signal is divided by for the instrument constant, and where the pixel looks.
 struct WhiteFactor {
-  double per_constant;  ///< monitor * f_w * V I cos theta_i / r^2: signal = C * per_constant
-  double lamp_x;        ///< tangents of the angle from the lamp's axis about its own x and y
+  /// monitor * (f_w * V I cos theta_i / r^2, and stray light): signal = C * per_constant
+  double per_constant;
+  double lamp_x;  ///< tangents of the angle from the lamp's axis about its own x and y
   double lamp_y;
   double camera_q;  ///< squared tangent of the field angle, as in instrument::Vignetting
 };
@@ -37,8 +39,8 @@ struct WhiteFactor {
 std::optional<WhiteFactor> white_factor(const instrument::Instrument& instrument,
                                         const WhiteView& view, const PixelSignal& pixel);
 
-/// Throws StepRefused, naming the view by its index: no views or pixels, signals, sigmas or
-/// monitors that are not finite and positive, a channel that is none, a wrong number of joints.
+/// Throws StepRefused, naming the view by its index: no views or pixels, signals, sigmas, monitors
+/// or exposures that are not finite and positive, a channel that is none, a wrong number of joints.
 void require_white_views(const instrument::Instrument& instrument,
                          const std::vector<WhiteView>& views);
 

@@ -68,7 +68,6 @@ instrument::StepResult evaluate(const std::string& step, const Observations& obs
                                 const RoutineSettings& settings, Findings& findings);
 
 /// The nominal instrument with everything found in the place of what was assumed.
-instrument::Instrument calibrated(const instrument::Instrument& nominal, const Findings& findings,
-                                  const RoutineSettings& settings);
+instrument::Instrument calibrated(const instrument::Instrument& nominal, const Findings& findings);
 
 }  // namespace gonio::calibration::routine

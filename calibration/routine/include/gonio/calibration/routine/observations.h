@@ -64,6 +64,8 @@ struct Observations {
   std::vector<PeakScan> scans;
   std::vector<WhiteView> whites;  ///< also of the trap and the chart
   std::vector<RatioCheck> ratios;
+  /// What was looked for and not found, a line each. Never stored: such a step does not pass.
+  std::vector<std::string> unseen;
 };
 
 /// JSON, format "gonio-calibration-observations"; numbers read back exactly.

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "command.h"
+#include "gonio/calibration/routine/routine.h"
+#include "gonio/calibration_report/calibration_report.h"
+#include "gonio/opened_rig/opened_rig.h"
+#include "gonio/setup/rig_file.h"
+
+namespace gonio::cli {
+
+instrument::UtcSeconds now_utc();
+
+/// A routine about the rig file's nominal constants in `folder`, for the devices that are open.
+/// Throws as calibration::routine::Routine, blaming the folder.
+calibration::routine::Routine calibration_in(const std::filesystem::path& folder,
+                                             const RigFile& rig,
+                                             calibration::routine::RoutineSettings settings,
+                                             OpenedRig& opened);
+
+/// Takes steps in the order given, with progress on the console, until one is refused: which and
+/// why; nothing when all have passed. Throws UsageError for a step whose inputs are missing.
+std::optional<calibration_report::RefusedStep> take_steps(
+    const Context& context, calibration::routine::Routine& calibration,
+    const acquisition::DeviceSet& devices, const std::vector<std::string>& steps);
+
+/// FOLDER/report.html: what a person looks at before trusting the numbers.
+void write_calibration_report(const calibration::routine::Routine& calibration,
+                              const std::filesystem::path& folder, const RigFile& rig,
+                              std::vector<calibration_report::RefusedStep> refused);
+
+}  // namespace gonio::cli
