@@ -48,9 +48,8 @@ std::string board_svg(const calibration::board::BoardSpec& spec) {
   text += fmt::format(
       "\"/>\n<path stroke=\"#000\" stroke-width=\".2\" fill=\"none\" d=\"M{0:g} {1:g}v3m0 "
       "-1.5h{2:g}m0 -1.5v3\"/>\n<text x=\"{3:g}\" y=\"{4:g}\" font-family=\"sans-serif\" "
-      "font-size=\"3\">{5} x {6} squares. Measure the line: should be {2:g} mm. --square-mm is its "
-      "length / {5}.</text>\n</svg>\n",
-      kMargin_mm, ruler, width, kMargin_mm, ruler + 7.0, spec.columns, spec.rows);
+      "font-size=\"3\">{2:g} mm as drawn; what it measures / {5} is --square-mm</text>\n</svg>\n",
+      kMargin_mm, ruler, width, kMargin_mm, ruler + 7.0, spec.columns);
   return text;
 }
 
