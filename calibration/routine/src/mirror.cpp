@@ -52,9 +52,8 @@ MirrorSight::MirrorSight(Bench& bench, bool turned) : bench_(bench) {
     if (!bench.allowed(bisecting(kFirstArm))) {
       throw StepRefused(fmt::format(
           "mirror: found the lamp's image to want azimuth {:.1f}, tilt {:.1f} deg, beyond the "
-          "axes' "
-          "limits, expected it near the middle: is the mirror in the holder, and do the axes turn "
-          "the way the rig file says?",
+          "axes' limits, expected it near the middle: is the mirror in the holder, and do the axes "
+          "turn the way the rig file says?",
           (0.5 * kFirstArm + azimuth_off_).degrees(), tilt_off_.degrees()));
     }
     bench.go(bisecting(kFirstArm));
