@@ -40,9 +40,11 @@ std::vector<Recovered> calibrate(std::uint64_t seed, sim::HiddenImage size,
                   {{"camera", "sim"}}, [] { return kNoon; });
   for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
     const std::string name(step.name);
-    if (routine.state_of(name) != instrument::StepState::valid) {
-      routine.take(name, bench.devices, {}, {});
-    }
+    if (routine.state_of(name) == instrument::StepState::valid) continue;
+    const auto begin = std::chrono::steady_clock::now();
+    routine.take(name, bench.devices, {}, {});
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+    fmt::print(stderr, "seed {}: {} {:.1f} s\n", seed, name, time.count());
   }
   const bool full = size == sim::HiddenImage::full_size;
   return recovered(routine, bench.world.truth(), full ? 1.0 : kAnglesAtAQuarter);

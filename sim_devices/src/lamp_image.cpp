@@ -32,9 +32,10 @@ Fresnel fresnel_reflectances(double cos_i, double index) {
 
 LampImage::LampImage(const rig::RigPose& pose, const Eigen::Isometry3d& target_from_world,
                      const LampOptions& lamp, const CameraOptions& camera)
-    : target_from_lamp_(target_from_world * pose.world_from_lamp),
-      lamp_from_target_(target_from_lamp_.inverse()),
-      lamp_polarisation_(across(target_from_lamp_, lamp.polarisation_direction)),
+    : lamp_((target_from_world * pose.world_from_lamp).translation()),
+      into_lamp_((target_from_world * pose.world_from_lamp).linear().transpose()),
+      lamp_polarisation_(
+          across(target_from_world * pose.world_from_lamp, lamp.polarisation_direction)),
       camera_polarisation_(
           across(target_from_world * pose.world_from_camera, camera.polarisation_direction)),
       lamp_degree_(lamp.polarisation),
@@ -45,8 +46,8 @@ LampImage::LampImage(const rig::RigPose& pose, const Eigen::Isometry3d& target_f
 double LampImage::reflected(const Eigen::Vector3d& point, const Eigen::Vector3d& ray,
                             const PolishedOptions& polish, bool fresnel) const {
   const Eigen::Vector3d mirrored(ray.x(), ray.y(), -ray.z());
-  const Eigen::Vector3d from = lamp_from_target_ * point;
-  const Eigen::Vector3d along = lamp_from_target_.linear() * mirrored;
+  const Eigen::Vector3d from = into_lamp_ * (point - lamp_);
+  const Eigen::Vector3d along = into_lamp_ * mirrored;
   if (!(along.z() < 0.0) || !(from.z() > 0.0)) return 0.0;  // the lamp's back
   const Eigen::Vector3d hit = from - along * (from.z() / along.z());
   if (hit.head<2>().squaredNorm() > radius_mm_ * radius_mm_) return 0.0;

@@ -22,8 +22,8 @@ class LampImage {
   double radiance() const { return radiance_; }
 
  private:
-  Eigen::Isometry3d target_from_lamp_;
-  Eigen::Isometry3d lamp_from_target_;
+  Eigen::Vector3d lamp_;                 ///< its place
+  Eigen::Matrix3d into_lamp_;            ///< turns the target's axes into the lamp's
   Eigen::Vector3d lamp_polarisation_;    ///< unit, target's frame
   Eigen::Vector3d camera_polarisation_;  ///< unit, target's frame
   double lamp_degree_;

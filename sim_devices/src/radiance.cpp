@@ -40,11 +40,8 @@ class Illumination {
  public:
   Illumination(const rig::RigPose& pose, const Eigen::Isometry3d& target_from_world,
                const LampOptions& lamp, double lamp_distance_mm)
-      : target_from_lamp_(target_from_world * pose.world_from_lamp),
-        lamp_from_target_(target_from_lamp_.inverse()),
-        field_(lamp.field),
-        collimated_(pose.collimated_lamp),
-        lamp_distance_mm_(lamp_distance_mm) {}
+      : Illumination(target_from_world * pose.world_from_lamp, lamp, pose.collimated_lamp,
+                     lamp_distance_mm) {}
 
   struct Light {
     Eigen::Vector3d wi;
@@ -52,14 +49,14 @@ class Illumination {
   };
 
   Light at(const Eigen::Vector3d& point) const {
-    const Eigen::Vector3d in_lamp = lamp_from_target_ * point;
+    const Eigen::Vector3d in_lamp = into_lamp_ * (point - lamp_);
     if (in_lamp.z() <= 0.0) return {Eigen::Vector3d::UnitZ(), 0.0};
     Light light;
     double square_mm = lamp_distance_mm_ * lamp_distance_mm_;
     if (collimated_) {
-      light.wi = -target_from_lamp_.linear().col(2);
+      light.wi = -into_lamp_.row(2);
     } else {
-      const Eigen::Vector3d to_lamp = target_from_lamp_.translation() - point;
+      const Eigen::Vector3d to_lamp = lamp_ - point;
       square_mm = to_lamp.squaredNorm();
       light.wi = to_lamp / std::sqrt(square_mm);
     }
@@ -75,8 +72,16 @@ class Illumination {
   }
 
  private:
-  Eigen::Isometry3d target_from_lamp_;
-  Eigen::Isometry3d lamp_from_target_;
+  Illumination(const Eigen::Isometry3d& target_from_lamp, const LampOptions& lamp, bool collimated,
+               double lamp_distance_mm)
+      : lamp_(target_from_lamp.translation()),
+        into_lamp_(target_from_lamp.linear().transpose()),
+        field_(lamp.field),
+        collimated_(collimated),
+        lamp_distance_mm_(lamp_distance_mm) {}
+
+  Eigen::Vector3d lamp_;       ///< its place in the target's frame
+  Eigen::Matrix3d into_lamp_;  ///< turns the target's axes into the lamp's
   std::array<double, 5> field_;
   bool collimated_;
   double lamp_distance_mm_;
@@ -317,9 +322,24 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
       });
 
   if (options_.camera.psf_sigma_px > 0.0) {
-    for (auto& plane : image->planes) {
+    // What is grey, as most targets of a calibration are, is blurred once.
+    auto& [red, green, blue] = image->planes;
+    const bool green_is_red = green == red;
+    const bool blue_is_red = blue == red;
+    const auto blurred = [&](std::vector<float>& plane) {
       blur(plane, options_.camera.width_px, options_.camera.height_px,
            options_.camera.psf_sigma_px);
+    };
+    blurred(red);
+    if (green_is_red) {
+      green = red;
+    } else {
+      blurred(green);
+    }
+    if (blue_is_red) {
+      blue = red;
+    } else {
+      blurred(blue);
     }
   }
   return image;

@@ -74,7 +74,9 @@ std::vector<std::uint16_t> Sensor::expose(std::span<const double> electron_rates
                                           options_.read_noise_e * read_noise[pixel - begin]);
           const double share = level / top;
           const double bent = level * (1.0 - options_.nonlinearity * share * share);
-          pixels[pixel] = static_cast<std::uint16_t>(std::clamp(std::floor(bent + 0.5), 0.0, top));
+          // Rounded down by the conversion: a floor first is a call on processors of the baseline.
+          pixels[pixel] =
+              static_cast<std::uint16_t>(static_cast<int>(std::clamp(bent + 0.5, 0.0, top)));
         }
       });
   return pixels;

@@ -19,7 +19,8 @@ double normal(Key key, std::uint64_t counter) {
 }
 
 double poisson(Key key, std::uint64_t counter, double mean) {
-  return detail::poisson_value(key, counter, mean);
+  return detail::poisson_value(key, counter, mean,
+                               detail::random_pair(key, detail::Purpose::Poisson, counter));
 }
 
 double normal_quantile(double probability) {

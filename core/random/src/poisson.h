@@ -25,6 +25,7 @@ inline constexpr auto kReciprocals = [] {
 /// Counts up until the distribution function has passed `u`. Below a mean of 10 the last k of the
 /// table has a probability under 1e-27, far below the steps of `u`.
 inline double poisson_by_inversion(double u, double mean) {
+  if (u < 1.0 - mean) return 0.0;  // below exp(-mean), which need not be known: dark pixels
   double probability = std::exp(-mean);
   std::size_t k = 0;
   while (u >= probability && k + 1 < kReciprocals.size()) {
@@ -54,38 +55,48 @@ inline double log_factorial(double k) {
   return (k + 0.5) * std::log(k) - k + kHalfLogTwoPi + series;
 }
 
-/// Algorithm PTRS of Hörmann (1993), with its constants. About 1.1 attempts, four of five of which
-/// end at the quick acceptance.
-inline double poisson_by_rejection(Key key, std::uint64_t counter, double mean) {
-  const double b = 0.931 + 2.53 * std::sqrt(mean);
-  const double a = -0.059 + 0.02483 * b;
-  const double quick = 0.9277 - 3.6224 / (b - 2.0);
-  for (std::uint32_t attempt = 0;; ++attempt) {
-    const Pair bits = random_pair(key, Purpose::Poisson, counter, attempt);
-    const double u = centred(bits.first);
-    const double v = half_open(bits.second);
-    const double us = 0.5 - std::abs(u);
-    const double k = std::floor((2.0 * a / us + b) * u + mean + 0.43);
-    if (us >= 0.07 && v <= quick) return k;
-    if (k < 0.0 || (us < 0.013 && v > us)) continue;
+/// One attempt of algorithm PTRS of Hörmann (1993), with its constants.
+struct Attempt {
+  Attempt(double mean, Pair bits)
+      : b(0.931 + 2.53 * std::sqrt(mean)),
+        a(-0.059 + 0.02483 * b),
+        u(centred(bits.first)),
+        v(half_open(bits.second)),
+        us(0.5 - std::abs(u)),
+        k(std::floor((2.0 * a / us + b) * u + mean + 0.43)) {}
+
+  /// Four of five attempts end here.
+  bool quickly_accepted() const { return (us >= 0.07) & (v <= 0.9277 - 3.6224 / (b - 2.0)); }
+
+  bool accepted(double mean) const {
+    if (quickly_accepted()) return true;
+    if (k < 0.0 || (us < 0.013 && v > us)) return false;
     const double inverse_alpha = 1.1239 + 1.1328 / (b - 3.4);
-    if (std::log(v * inverse_alpha / (a / (us * us) + b)) <=
-        k * std::log(mean) - mean - log_factorial(k)) {
-      return k;
-    }
+    return std::log(v * inverse_alpha / (a / (us * us) + b)) <=
+           k * std::log(mean) - mean - log_factorial(k);
+  }
+
+  double b, a, u, v, us;
+  double k;  ///< what is drawn if the attempt is accepted
+};
+
+/// About 1.1 attempts. `bits` are those of the first.
+inline double poisson_by_rejection(Key key, std::uint64_t counter, double mean, Pair bits) {
+  for (std::uint32_t attempt = 0;;) {
+    const Attempt drawn(mean, bits);
+    if (drawn.accepted(mean)) return drawn.k;
+    bits = random_pair(key, Purpose::Poisson, counter, ++attempt);
   }
 }
 
-inline double poisson_value(Key key, std::uint64_t counter, double mean) {
+/// `bits` = random_pair(key, Purpose::Poisson, counter).
+inline double poisson_value(Key key, std::uint64_t counter, double mean, Pair bits) {
   if (!(mean >= 0.0) || std::isinf(mean)) {
     throw std::invalid_argument("poisson: the mean must be finite and not negative");
   }
-  if (mean < kInversionEnd) {
-    return poisson_by_inversion(half_open(random_pair(key, Purpose::Poisson, counter).first), mean);
-  }
-  if (mean <= kRejectionEnd) return poisson_by_rejection(key, counter, mean);
-  const double z = quantile_of_centred(centred(random_pair(key, Purpose::Poisson, counter).first));
-  return std::nearbyint(mean + std::sqrt(mean) * z);
+  if (mean < kInversionEnd) return poisson_by_inversion(half_open(bits.first), mean);
+  if (mean <= kRejectionEnd) return poisson_by_rejection(key, counter, mean, bits);
+  return std::nearbyint(mean + std::sqrt(mean) * quantile_of_centred(centred(bits.first)));
 }
 
 }  // namespace gonio::random::detail
