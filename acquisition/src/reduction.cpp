@@ -304,7 +304,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
         continue;
       }
       set_direction(spot, sample);
-      sample.u_tilt = instrument.u_normal;
+      sample.u_tilt = instrument::half_vector_sigma(instrument, sample.direction.theta_d);
       reduction.samples.samples.push_back(std::move(sample));
     }
     if (dropped > 0) {

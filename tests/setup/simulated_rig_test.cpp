@@ -60,6 +60,20 @@ TEST(SimulatedWorld, HasTheTileOfTheCertificate) {
   EXPECT_THAT(rig_file_text(file, false), HasSubstr("certificate = \"tile.csv\""));
 }
 
+TEST(SimulatedWorld, PolarisesWhereTheFileSaysSo) {
+  const std::string keys =
+      "lamp_polarisation = 0.8\nlamp_polarisation_deg = 30\n"
+      "camera_polarisation = 0.5\ncamera_polarisation_deg = -20\n";
+  for (const std::string hidden : {"", "hidden = true\n"}) {
+    const RigFile file = rig_file_from_text("[simulation]\n" + hidden + keys, "rig.toml");
+    const sim::SimOptions world = simulated_world(file, grey_plate(), 1);
+    EXPECT_EQ(world.lamp.polarisation, 0.8);
+    EXPECT_NEAR(world.lamp.polarisation_direction.degrees(), 30.0, 1e-12);
+    EXPECT_EQ(world.camera.polarisation, 0.5);
+    EXPECT_NEAR(world.camera.polarisation_direction.degrees(), -20.0, 1e-12);
+  }
+}
+
 TEST(SimulatedWorld, NamesACertificateThatIsNone) {
   const TemporaryFolder folder;
   const auto rig = folder.write("rig.toml", "[white]\ncertificate = \"tile.csv\"\n");

@@ -47,6 +47,11 @@ int align(Context& context, const AlignOptions& options) {
   const Console& console = context.console;
   files::require_creatable(options.out, overwrite(options.force));
   const KnownRig known = known_rig(options.rig, options.calibration);
+  if (calibration_place(known.file, options.calibration).empty()) {
+    console.warn(
+        "without --calibration the rig's zeros are taken as its file says; what they are off by is "
+        "in no uncertainty");
+  }
   const AlignmentRig rig{known.file, known.constants,
                          !calibration_place(known.file, options.calibration).empty()};
   instrument::Alignment alignment;
@@ -78,9 +83,9 @@ int align(Context& context, const AlignOptions& options) {
 
 void add_align(const Command& root) {
   auto options = std::make_shared<AlignOptions>();
-  const Command command = root.add(
-      "align", "Find how the mounted sample lies, from its own highlight",
-      "gonio align rig.toml --calibration calibration/instrument.json --out alignment.json");
+  const Command command =
+      root.add("align", "Find how the mounted sample lies, from its own highlight",
+               "gonio align rig.toml --calibration calibration --out alignment.json");
   command.text("RIG", options->rig, "Rig file", Need::required);
   command.text("--calibration", options->calibration, "Instrument constants of the rig");
   command.text("--out", options->out, "Alignment to write (JSON), for measure --alignment",

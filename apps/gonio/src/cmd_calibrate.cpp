@@ -16,6 +16,7 @@
 #include "gonio/calibration_report/calibration_report.h"
 #include "gonio/console/suggest.h"
 #include "gonio/errors/errors.h"
+#include "gonio/files/atomic_file.h"
 #include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
 #include "json_text.h"
@@ -111,6 +112,15 @@ routine::RoutineSettings settings_of(const RigFile& rig, const CalibrateOptions&
   return settings;
 }
 
+/// Before the first move: an hour's warm-up should not end at a folder that takes nothing.
+void require_writable(const std::filesystem::path& folder) {
+  const std::filesystem::path raw = routine::Folder{folder}.raw_folder();
+  std::error_code error;
+  std::filesystem::create_directories(raw, error);
+  if (error) throw FileError(raw, "make", error.message());
+  files::require_creatable(raw / "probe");
+}
+
 /// What is to be done: what was named, or all that is not valid, in order.
 std::vector<std::string> steps_wanted(const routine::Routine& calibration,
                                       const CalibrateOptions& options) {
@@ -140,6 +150,8 @@ int calibrate(Context& context, const CalibrateOptions& options) {
                      "the calibration routine knows the reference rig only");
   }
   const routine::RoutineSettings settings = settings_of(rig, options);
+  if (options.out.empty()) throw UsageError("--out: the path names no folder");
+  if (!options.list) require_writable(options.out);
   const auto opened = open_rig(rig, Parts::all, context.stop, options.seed.value_or(1));
   routine::Routine calibration = calibration_in(options.out, rig, settings, *opened);
   const auto finish = [&](int code) {

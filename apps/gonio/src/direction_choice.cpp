@@ -13,6 +13,7 @@
 #include "gonio/design/importance.h"
 #include "gonio/design/leave_one_out.h"
 #include "gonio/design/xu_search.h"
+#include "gonio/instrument/measurement_equation.h"
 #include "gonio/rig/reach.h"
 #include "planning.h"
 
@@ -39,7 +40,8 @@ design::ExpectedNoise noise_of(const KnownRig* rig, const std::optional<double>&
   if (rig != nullptr) {
     const instrument::Instrument& known = rig->constants;
     noise.relative = std::hypot(known.u_lamp_relative, known.u_linearity_relative);
-    noise.direction = known.u_normal;
+    // One for all directions: of those in the middle of the table.
+    noise.direction = instrument::half_vector_sigma(known, Angle::from_degrees(45.0));
   }
   noise.relative = relative.value_or(noise.relative);
   return noise;

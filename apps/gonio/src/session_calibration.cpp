@@ -65,7 +65,9 @@ std::optional<SessionCalibration> session_calibration(const RigFile& rig,
   SessionCalibration session;
   session.folder = folder;
   session.archive = instrument::read_calibration_archive(file);
-  session.use = {instrument::rig_sha256(nominal_instrument(rig).rig), std::nullopt,
+  const instrument::Instrument nominal = nominal_instrument(rig);
+  session.use = {instrument::rig_sha256(nominal), instrument::white_sha256(nominal.white),
+                 std::nullopt,
                  std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now())};
   const std::filesystem::path constants = folder / "instrument.json";
   if (!session.archive.instrument_sha256.empty() &&

@@ -1,5 +1,7 @@
 #include "gonio/opened_rig/opened_rig.h"
 
+#include <fmt/format.h>
+
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/setup/simulated_rig.h"
 #include "gonio/sim/sim_goniometer.h"
@@ -12,7 +14,10 @@ constexpr double kPlateAlbedo = 0.5;
 class SimulatedRig final : public OpenedRig {
  public:
   explicit SimulatedRig(const sim::SimOptions& options)
-      : world_(options), devices_(devices_of(world_)) {}
+      : world_(options),
+        devices_(devices_of(world_)),
+        // Another seed is another world, which no calibration of this one is good for.
+        identity_(fmt::format("simulated, seed {}", options.seed)) {}
 
   const acquisition::DeviceSet& devices() override { return devices_; }
   void require_safe() override {
@@ -23,10 +28,10 @@ class SimulatedRig final : public OpenedRig {
     const devices::CameraInfo camera = world_.camera().info();
     std::vector<DeviceIdentity> all;
     for (const devices::RotationStage* stage : devices_.stages) {
-      all.push_back({stage->name(), "simulated"});
+      all.push_back({stage->name(), identity_});
     }
-    all.push_back({world_.light_source().name(), "simulated"});
-    all.push_back({world_.lamp_monitor().name(), "simulated"});
+    all.push_back({world_.light_source().name(), identity_});
+    all.push_back({world_.lamp_monitor().name(), identity_});
     all.push_back({world_.camera().name(), camera.model + " " + camera.serial});
     return all;
   }
@@ -34,6 +39,7 @@ class SimulatedRig final : public OpenedRig {
  private:
   sim::SimGoniometer world_;
   acquisition::DeviceSet devices_;
+  std::string identity_;
 };
 
 }  // namespace

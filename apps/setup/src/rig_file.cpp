@@ -198,6 +198,17 @@ void visit_session(ConfigVisitor& v, RigFile& file) {
               "centre of the in-frame patch");
     v.number("patch_half_width_mm", session.white_patch_half_width_mm, {0.1, 1e3}, "");
   });
+  v.table("targets", "What a calibration puts on the holder", [&] {
+    TargetThickness& targets = file.targets;
+    v.number("mirror_raised_mm", targets.mirror_raised_mm, kMillimetres,
+             "its face before the board's: thickness less the board's");
+    v.number("u_mirror_raised_mm", targets.u_mirror_raised_mm, {0.0, 10.0},
+             "standard uncertainty of that");
+    v.number("sample_raised_mm", targets.sample_raised_mm, kMillimetres,
+             "a sample's face before the board's");
+    v.number("u_sample_raised_mm", targets.u_sample_raised_mm, {0.0, 10.0}, "");
+    v.number("black_glass_index", targets.black_glass_index, {1.01, 4.0}, "refractive");
+  });
   v.table("session", "How a session measures", [&] {
     v.duration("first_exposure_us", session.first_exposure, kMicrosecond, kExposure, "");
     v.duration("max_exposure_us", session.max_exposure, kMicrosecond, kExposure,
@@ -226,6 +237,14 @@ void visit_simulation(ConfigVisitor& v, RigFile& file) {
     v.flag("white_light", file.white_light, "one white lamp channel instead of R, G, B");
     v.number("lamp_drift_sigma", world.lamp.drift_sigma, kShare, "");
     v.number("stray_fraction", world.lamp.stray_fraction, kShare, "of the lamp's light");
+    v.number("lamp_polarisation", world.lamp.polarisation, kShare,
+             "share of its light that is linearly polarised");
+    v.angle("lamp_polarisation_deg", world.lamp.polarisation_direction, {-180.0, 180.0},
+            "its direction about the lamp's axis");
+    v.number("camera_polarisation", world.camera.polarisation, kShare,
+             "how much more it takes of one direction than of the other");
+    v.angle("camera_polarisation_deg", world.camera.polarisation_direction, {-180.0, 180.0},
+            "that direction in the image, from its x axis");
     v.number("ambient_radiance", world.scene.ambient_radiance, kNotNegative, "W/m2/sr");
     v.duration("change_time_s", world.change_time, 1.0, {0.0, 1e5}, "of the target changer");
     double time_scale = world.time_scale.value_or(0.0);

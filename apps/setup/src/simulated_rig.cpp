@@ -18,6 +18,8 @@ namespace {
 
 /// Relative, k = 1: what lamp monitor and field are trusted to on a rig that was not calibrated.
 constexpr double kNominalLampUncertainty = 0.001;
+/// How well stages of the usual kind repeat, k = 1.
+constexpr Angle kNominalJointScatter = Angle::from_degrees(0.003);
 
 std::vector<double> degrees_of(const std::vector<Angle>& angles) {
   std::vector<double> degrees;
@@ -89,6 +91,10 @@ sim::SimOptions hidden_world(const RigFile& file,
   camera.dn_per_electron *= nominal.dn_per_electron / plain.dn_per_electron;
   camera.full_well_e *= nominal.full_well_e / plain.full_well_e;
   camera.responsivity_e_per_s *= nominal.responsivity_e_per_s / plain.responsivity_e_per_s;
+  camera.polarisation = nominal.polarisation;
+  camera.polarisation_direction = nominal.polarisation_direction;
+  world.lamp.polarisation = file.world.lamp.polarisation;
+  world.lamp.polarisation_direction = file.world.lamp.polarisation_direction;
   world.scene.ambient_radiance = file.world.scene.ambient_radiance;
   world.change_time = file.world.change_time;
   world.time_scale = file.world.time_scale;
@@ -173,14 +179,21 @@ instrument::Instrument nominal_instrument(const RigFile& file) {
   known.lamp_field = {lamp.field[0], lamp.field[1], lamp.field[2], lamp.field[3], lamp.field[4]};
   known.white = white_of(file);
   known.u_normal = file.tilt_rms;
+  known.u_joint = kNominalJointScatter;
   known.u_lamp_relative = kNominalLampUncertainty;
   return known;
 }
 
 std::filesystem::path calibration_place(const RigFile& file, const std::string& calibration) {
-  if (!calibration.empty()) return calibration;
-  if (file.calibration.empty()) return {};
-  return file.path.parent_path() / file.calibration;
+  if (calibration.empty() && file.calibration.empty()) return {};
+  const std::filesystem::path named = calibration.empty()
+                                          ? file.path.parent_path() / file.calibration
+                                          : std::filesystem::path(calibration);
+  // The constants in a calibration folder stand for the folder: their age is in its archive.
+  const std::filesystem::path folder = named.has_parent_path() ? named.parent_path() : ".";
+  const bool of_a_folder =
+      named.filename() == "instrument.json" && std::filesystem::exists(folder / "calibration.json");
+  return of_a_folder ? folder : named;
 }
 
 instrument::Instrument instrument_of(const RigFile& file, const std::string& calibration) {

@@ -350,6 +350,14 @@ DirectionEstimate lamp_direction(const LampArm& lamp, Angle reading) {
   return {direction(lamp_geometry_of(lamp.rig)), lamp_covariance_of(lamp, direction)};
 }
 
+Angle worst_direction_sigma(const LampArm& lamp) {
+  Angle worst;
+  for (const double arm_deg : {15.0, 60.0, 105.0, 150.0}) {
+    worst = std::max(worst, lamp_direction(lamp, Angle::from_degrees(arm_deg)).sigma());
+  }
+  return worst;
+}
+
 std::vector<rig::RigDescription> one_sigma_rigs(const StageAxes& stage, const LampArm& lamp) {
   // By way of the correlations: lengths in mm, angles in rad and pixels differ too much in size.
   const Eigen::VectorXd sigmas = lamp.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();

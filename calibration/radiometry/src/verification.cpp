@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "forward_model.h"
+#include "gonio/calibration/radiometry/white_ratios.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "likely_cause.h"
 
@@ -121,7 +122,9 @@ Verification verify(const instrument::Instrument& instrument, const Verification
     verification.explained = likely.explained;
     for (const std::string& each : data.unseen) verification.explanation += "; " + each;
   }
-  for (const RatioCheck& ratio : data.ratios) {
+  std::vector<RatioCheck> ratios = white_ratios(instrument, data);
+  ratios.insert(ratios.end(), data.ratios.begin(), data.ratios.end());
+  for (const RatioCheck& ratio : ratios) {
     check(ratio.name, std::abs(ratio.found / ratio.expected - 1.0), ratio.tolerance);
   }
   if (!verification.passed && verification.cause == Cause::none) {

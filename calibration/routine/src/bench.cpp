@@ -247,6 +247,30 @@ std::vector<PixelSignal> Bench::signals(const Picture& picture, const rig::Joint
   return found;
 }
 
+double Bench::light_within(const Picture& picture, const Eigen::Vector2d& centre_px,
+                           double radius_px) const {
+  const double outer = 1.5 * radius_px;
+  double inside = 0.0, around = 0.0, pixels_inside = 0.0, pixels_around = 0.0;
+  const int top = std::max(0, static_cast<int>(std::ceil(centre_px.y() - outer)));
+  const int left = std::max(0, static_cast<int>(std::ceil(centre_px.x() - outer)));
+  for (int row = top; row < picture.height_px && row <= centre_px.y() + outer; ++row) {
+    for (int column = left; column < picture.width_px && column <= centre_px.x() + outer;
+         ++column) {
+      const double distance = (Eigen::Vector2d(column, row) - centre_px).norm();
+      const std::size_t index =
+          static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width_px) +
+          static_cast<std::size_t>(column);
+      if (distance > outer || bad_pixels_[index] != 0) continue;
+      const double signal = instrument_.sensor.response.linear_dn(picture.signal_dn[index]);
+      (distance <= radius_px ? inside : around) += signal;
+      (distance <= radius_px ? pixels_inside : pixels_around) += 1.0;
+    }
+  }
+  const double background = pixels_around > 0.0 ? around / pixels_around : 0.0;
+  return (inside - pixels_inside * background) /
+         (picture.exposure_s + instrument_.sensor.shutter_offset_s);
+}
+
 void Bench::tell(const std::string& what, std::size_t done, std::size_t all) const {
   tell_(fmt::format("{} {} of {}", what, done + 1, all),
         static_cast<double>(done) / static_cast<double>(std::max<std::size_t>(all, 1)));

@@ -83,6 +83,11 @@ class Bench {
                                        const Eigen::Vector2d& centre_mm,
                                        double half_width_mm) const;
 
+  /// DN/s of the linear signal within a circle, above what surrounds it (from there to 1.5 times
+  /// its radius). Bad pixels count as their surroundings.
+  double light_within(const Picture& picture, const Eigen::Vector2d& centre_px,
+                      double radius_px) const;
+
   void tell(const std::string& what, std::size_t done, std::size_t all) const;
 
  private:

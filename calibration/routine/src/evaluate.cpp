@@ -110,6 +110,10 @@ instrument::Instrument calibrated(const instrument::Instrument& nominal, const F
       found.u_lamp_relative = std::hypot(found.u_lamp_relative, findings.lamp->sigma);
     }
   }
+  if (!findings.repeatability.empty()) found.u_joint = joint_scatter(findings);
+  if (findings.lamp_arm) {
+    found.u_lamp_direction = geometry::worst_direction_sigma(*findings.lamp_arm);
+  }
   if (findings.linearity) {
     found.u_linearity_relative = residual_of(*findings.linearity);
   }

@@ -17,7 +17,6 @@ constexpr double kMaxSkew_mm = 2.0;
 constexpr double kMaxNormal_deg = 0.02;
 constexpr double kMaxLampDirection_deg = 0.02;
 constexpr double kMaxZero_deg = 0.01;
-const std::vector<double> kArms_deg{15.0, 60.0, 105.0, 150.0};
 
 std::vector<Named> camera_parameters(const instrument::CameraModel& c) {
   return {{"camera.fx_px", "px", c.fx_px}, {"camera.fy_px", "px", c.fy_px},
@@ -175,11 +174,7 @@ void evaluate_lamp_arm(const Observations& seen, const Known& known, Findings& f
        {"mirror.tilt_y_deg", "deg", found.mirror_tilt_y.radians(), kDegPerRad}},
       found.covariance.topLeftCorner(lamp::kMirrorOffset, lamp::kMirrorOffset));
   result.residual("rms_px", found.rms_px);
-  double worst = 0.0;
-  for (const double arm_deg : kArms_deg) {
-    worst = std::max(
-        worst, geometry::lamp_direction(found, Angle::from_degrees(arm_deg)).sigma().degrees());
-  }
+  const double worst = geometry::worst_direction_sigma(found).degrees();
   result.residual("direction_sigma_deg", worst);
   result.check("sigma of the lamp's direction (deg)", worst, kMaxLampDirection_deg);
   result.notes(found.notes);

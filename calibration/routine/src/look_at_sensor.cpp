@@ -201,10 +201,7 @@ Observations look_at_bad_pixels(Bench& bench) {
       signal.push_back(bright.mean_dn(pixel) - bench.instrument().sensor.black_level_dn);
     }
   }
-  const bool mosaic =
-      bench.devices().devices().camera->info().pixel_format != devices::PixelFormat::mono;
-  const auto marks =
-      sensor::flat_defects(signal, region.width_px, region.height_px, mosaic ? 2 : 1);
+  const auto marks = sensor::flat_defects(signal, region.width_px, region.height_px, 1);
   Observations seen;
   for (std::size_t i = 0; i < marks.size(); ++i) {
     if (marks[i] == 0) continue;

@@ -8,6 +8,7 @@
 #include <map>
 #include <stdexcept>
 
+#include "gonio/brdf/fresnel.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/instrument/measurement_equation.h"
 #include "look.h"
@@ -22,6 +23,8 @@ constexpr double kUsedShare = 0.9;    // of the target's half width, clear of it
 // taken as the value in its middle: squares of 30 mm would be 0.15 % too dark, these 0.01 %.
 constexpr int kParts = 12;
 constexpr int kMaxColours = 3;
+constexpr double kGlassLevel = 0.6;  // of saturation
+constexpr double kImageRadii = 2.0;  // of the lamp's image: what holds all of its light
 
 struct Pose {
   double arm_deg;
@@ -62,17 +65,9 @@ void add_views(Bench& bench, const Pose& pose, const Square& square, double leve
   bench.devices().close_shutter();
 }
 
-double unpolarised_reflectance(double angle_rad, double index) {
-  const double cos_i = std::cos(angle_rad);
-  const double cos_t = std::sqrt(1.0 - std::pow(std::sin(angle_rad) / index, 2));
-  const double s = (cos_i - index * cos_t) / (cos_i + index * cos_t);
-  const double p = (cos_t - index * cos_i) / (cos_t + index * cos_i);
-  return 0.5 * (s * s + p * p);
-}
-
 void look_at_lamp_in_mirror(Bench& bench, std::vector<geometry::MirrorView>& views) {
   MirrorSight mirror(bench, false);
-  for (const double arm_deg : {25.0, 50.0, 80.0, 110.0, 135.0}) {
+  for (const double arm_deg : {25.0, 52.0, 78.0, 110.0, 137.0}) {  // at none was it found
     const rig::Joints stood = bench.go(mirror.bisecting(Angle::from_degrees(arm_deg)));
     if (const auto image = mirror.look()) views.push_back({stood, image->pixel, false});
   }
@@ -88,16 +83,21 @@ void look_at_black_glass(Bench& bench, std::vector<RatioCheck>& ratios) {
   for (const double incidence_deg : {30.0, 56.7, 70.0}) {
     const Angle arm = Angle::from_degrees(2.0 * incidence_deg);
     bench.go(bench.joints(arm, 0.5 * arm, {}));
-    const std::chrono::nanoseconds exposure = bench.exposure_for(0.6);
-    const devices::Frame frame = bench.frame(exposure);
-    const auto image = find_highlight(frame, bench.instrument().sensor.black_level_dn, 3.0);
+    const std::chrono::nanoseconds exposure = bench.exposure_for(kGlassLevel);
+    const auto image =
+        find_highlight(bench.frame(exposure), bench.instrument().sensor.black_level_dn,
+                       lamp_image_radius_px(bench.instrument()));
     if (!image) {
       throw StepRefused(fmt::format(
           "black glass: found no image of the lamp at {:g} deg, expected one: is it in the holder?",
           incidence_deg));
     }
-    const double over = image->sum_dn / std::chrono::duration<double>(frame.exposure).count() /
-                        unpolarised_reflectance(0.5 * arm.radians(), index);
+    // The lamp's own light and no other: what the glass scatters lies under it, and around it.
+    const Picture picture =
+        bench.picture(bench.main_channel(), exposure, bench.settings().white_frames);
+    const double light = bench.light_within(picture, image->pixel, kImageRadii * image->radius_px);
+    const double over =
+        light / picture.monitor / brdf::fresnel_reflectance(cos(0.5 * arm), index, 0.0);
     if (first) {
       ratios.push_back({fmt::format("black glass at {:g} deg over 30 deg, Fresnel", incidence_deg),
                         over / *first, 1.0, 0.05});
@@ -203,11 +203,13 @@ Observations look_at_verification(Bench& bench) {
   };
   bench.devices().mount(devices::Target::white);
   const Square square{kUsedShare * bench.settings().target_half_width_mm, kParts};
-  // Not the poses of the flat field; the last two are one geometry with light and camera exchanged.
+  // Not the poses of the flat field. The fifth and sixth are one geometry with light and camera
+  // exchanged, the last is the first again.
   // The mirror takes a lamp arm that is off for half as much of the azimuth: the first and third,
   // lit from far to either side, tell them apart.
   const std::vector<Pose> poses{{70.0, -4.0, 8.0},   {60.0, 15.0, 30.0}, {15.0, 72.0, 0.0},
-                                {110.0, 55.0, 10.0}, {50.0, 5.0, 12.0},  {50.0, 45.0, 12.0}};
+                                {110.0, 55.0, 10.0}, {50.0, 5.0, 12.0},  {50.0, 45.0, 12.0},
+                                {70.0, -4.0, 8.0}};
   std::size_t done = 0;
   for (const Pose& pose : poses) {
     bench.tell("white pose", done++, poses.size());

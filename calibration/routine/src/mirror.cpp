@@ -19,12 +19,16 @@ constexpr int kSearchSteps = 3;
 
 }  // namespace
 
-MirrorSight::MirrorSight(Bench& bench, bool turned) : bench_(bench) {
-  bench.devices().mount(turned ? devices::Target::mirror_turned : devices::Target::mirror);
-  const rig::RigPose pose = rig::forward(bench.instrument().rig, bench.instrument().rig.home());
+double lamp_image_radius_px(const instrument::Instrument& instrument) {
+  const rig::RigPose pose = rig::forward(instrument.rig, instrument.rig.home());
   const double path_mm =
       pose.world_from_camera.translation().norm() + pose.world_from_lamp.translation().norm();
-  radius_px_ = std::max(2.0, bench.instrument().camera.fx_px * kLampRadius_mm / path_mm);
+  return std::max(2.0, instrument.camera.fx_px * kLampRadius_mm / path_mm);
+}
+
+MirrorSight::MirrorSight(Bench& bench, bool turned) : bench_(bench) {
+  bench.devices().mount(turned ? devices::Target::mirror_turned : devices::Target::mirror);
+  radius_px_ = lamp_image_radius_px(bench.instrument());
   bench.light(bench.main_channel());
 
   // The zeros are not known yet: the image lies near the middle, not in it. Two short moves show

@@ -34,6 +34,9 @@ class MirrorSight {
   Angle tilt_off_;
 };
 
+/// Of the lamp's image in a mirror or glass, for a lamp of usual size: a first guess.
+double lamp_image_radius_px(const instrument::Instrument& instrument);
+
 /// Where the image stands along its way as one axis turns, as an angle of that axis.
 struct AxisScale {
   Eigen::Vector2d origin;

@@ -51,6 +51,14 @@ std::string map_text(const std::map<std::string, std::string>& map) {
   return text.empty() ? "none" : text;
 }
 
+/// Spots are means over neighbouring pixels, which a mosaic makes of different colours.
+void require_mono(const devices::Camera& camera) {
+  if (camera.info().pixel_format == devices::PixelFormat::mono) return;
+  throw StepRefused(
+      "camera: found a colour mosaic, expected pixel_format = mono: the routine calibrates mono "
+      "cameras under a lamp of several channels");
+}
+
 }  // namespace
 
 Observations read_observations(const instrument::StepResult& result, const Folder& folder) {
@@ -77,7 +85,8 @@ Routine::Routine(instrument::Instrument nominal, RoutineSettings settings, Folde
       folder_(std::move(folder)),
       now_(std::move(now)) {
   nominal_.validate();
-  archive_.rig_sha256 = instrument::rig_sha256(nominal_.rig);
+  archive_.rig_sha256 = instrument::rig_sha256(nominal_);
+  archive_.white_sha256 = instrument::white_sha256(nominal_.white);
   archive_.serials = std::move(serials);
   if (std::filesystem::exists(folder_.archive())) read();
 }
@@ -93,6 +102,14 @@ void Routine::read() {
     throw std::invalid_argument(fmt::format(
         "{}: was made with other devices ({}), found {}; begin in another folder",
         folder_.archive().string(), map_text(stored.serials), map_text(archive_.serials)));
+  }
+  if (stored.white_sha256 != archive_.white_sha256) {
+    // What saw the white has to see it again; what was made from that is stale without it.
+    std::erase_if(stored.results, [](const instrument::StepResult& result) {
+      return result.step == "flat_field" || result.step == "white";
+    });
+    stored.white_sha256 = archive_.white_sha256;
+    stored.instrument_sha256.clear();
   }
   archive_ = std::move(stored);
   for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
@@ -114,6 +131,7 @@ const instrument::StepResult& Routine::take(const std::string& name,
                                             const std::function<void(const Progress&)>& progress,
                                             std::stop_token stop) {
   const instrument::CalibrationStep& step = step_named(name);
+  require_mono(*devices.camera);
   const std::map<std::string, std::string> inputs = instrument::inputs_of(archive_, name, now_());
   const instrument::Instrument known = instrument();
   rig::RigDescription rig = known.rig;

@@ -54,7 +54,7 @@ class HighlightScan {
     }
     scan = scan_about_centre(half_deg);
     geometry::PeakOptions options;
-    options.u_joint = Angle::from_degrees(0.003);
+    options.u_joint = bench_.instrument().u_joint;
     return geometry::fit_peak(bench_.instrument().rig, scan, options);
   }
 

@@ -1,5 +1,7 @@
 #include "gonio/instrument/alignment.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <cmath>
 #include <stdexcept>
@@ -14,6 +16,9 @@ namespace {
 constexpr const char* kAlignmentFormat = "gonio-alignment";
 constexpr int kAlignmentVersion = 1;
 constexpr double kMaxTilt_deg = 20.0;
+// No sample is known better, and one known worse is not aligned.
+constexpr Angle kLeastSigma = Angle::from_degrees(1e-5);
+constexpr Angle kMostSigma = Angle::from_degrees(10.0);
 constexpr std::size_t kMaxAlignmentBytes = 1U << 16U;
 
 void require_alignment(bool ok, const std::string& what) {
@@ -26,6 +31,13 @@ void Alignment::validate() const {
   for (const Angle tilt : {tilt_x, tilt_y}) {
     require_alignment(std::abs(tilt.degrees()) <= kMaxTilt_deg,
                       "tilt: expected at most 20 deg either way");
+  }
+  for (const double variance : {covariance(0, 0), covariance(1, 1)}) {
+    require_alignment(variance >= std::pow(kLeastSigma.radians(), 2) &&
+                          variance <= std::pow(kMostSigma.radians(), 2),
+                      fmt::format("covariance: found a sigma of {:g} deg, expected {:g} to {:g}",
+                                  Angle::from_radians(std::sqrt(variance)).degrees(),
+                                  kLeastSigma.degrees(), kMostSigma.degrees()));
   }
   require_alignment(covariance.allFinite() && covariance(0, 0) >= 0.0 && covariance(1, 1) >= 0.0 &&
                         covariance(0, 1) == covariance(1, 0) && covariance.determinant() >= 0.0,

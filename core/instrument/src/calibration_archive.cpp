@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "gonio/files/sha256.h"
+#include "gonio/instrument/calibration_file.h"
 #include "result_json.h"
 #include "rig_json.h"
 
@@ -82,6 +83,8 @@ void StepResult::validate() const {
   const CalibrationStep* known = find_calibration_step(step);
   require(known != nullptr, step, "found no step of that name");
   require(valid_until > finished, step, "valid_until: found an end before the beginning");
+  require(valid_until <= finished + known->valid, step,
+          "valid_until: found later than such a result is good for");
   const std::set<std::string_view> needs(known->needs.begin(), known->needs.end());
   for (const auto& [name, hash] : inputs) {
     require(needs.contains(name), step, fmt::format("inputs: does not use \"{}\"", name));
@@ -116,6 +119,9 @@ void CalibrationArchive::validate() const {
   if (!is_sha256(rig_sha256)) {
     throw std::invalid_argument("rig_sha256: expected 64 hexadecimal digits");
   }
+  if (!is_sha256(white_sha256)) {
+    throw std::invalid_argument("white_sha256: expected 64 hexadecimal digits");
+  }
   if (!instrument_sha256.empty() && !is_sha256(instrument_sha256)) {
     throw std::invalid_argument("instrument_sha256: expected 64 hexadecimal digits, or nothing");
   }
@@ -129,8 +135,19 @@ void CalibrationArchive::validate() const {
   }
 }
 
-std::string rig_sha256(const rig::RigDescription& rig) {
-  return files::sha256_of_bytes(std::string_view(rig_to_json(rig).dump()));
+std::string rig_sha256(const Instrument& nominal) {
+  Instrument declared = nominal;
+  declared.id.clear();
+  declared.white = {};
+  declared.u_normal = declared.u_lamp_direction = declared.u_joint = {};
+  declared.u_lamp_relative = declared.u_linearity_relative = 0.0;
+  return files::sha256_of_bytes(to_json(declared));
+}
+
+std::string white_sha256(const WhiteReference& white) {
+  Instrument only;
+  only.white = white;
+  return files::sha256_of_bytes(to_json(only));
 }
 
 std::string result_sha256(const StepResult& result) {
@@ -217,9 +234,16 @@ std::vector<std::string> reasons_against(const CalibrationArchive& archive,
                                          const CalibrationUse& use) {
   std::vector<std::string> reasons;
   if (archive.rig_sha256 != use.rig_sha256) {
-    reasons.push_back(fmt::format(
-        "made on another rig: found {:.8}, expected {:.8}; calibrate this one, or use its rig file",
-        archive.rig_sha256, use.rig_sha256));
+    reasons.push_back(
+        fmt::format("made on another rig: found {:.8}, expected {:.8}: its rig file's axes, "
+                    "camera, lens or lamp "
+                    "are others; calibrate this one, or use its rig file",
+                    archive.rig_sha256, use.rig_sha256));
+  }
+  if (archive.white_sha256 != use.white_sha256) {
+    reasons.push_back(
+        "made with another white: its entry in the rig file, or its certificate, has changed "
+        "since; gonio calibrate takes the steps again that saw it");
   }
   if (use.serials) add_reasons_of_devices(archive.serials, *use.serials, reasons);
   for (const CalibrationStep& step : calibration_steps()) {

@@ -102,6 +102,7 @@ std::string to_json(const CalibrationArchive& archive) {
   Json document = {{"format", kArchiveFormat},
                    {"version", kArchiveVersion},
                    {"rig_sha256", archive.rig_sha256},
+                   {"white_sha256", archive.white_sha256},
                    {"instrument_sha256", archive.instrument_sha256},
                    {"serials", text_map(archive.serials)},
                    {"temperature_deg_c", nullptr},
@@ -118,6 +119,7 @@ CalibrationArchive calibration_archive_from_json(const std::string& text,
   CalibrationArchive archive;
   try {
     archive.rig_sha256 = fields.text("rig_sha256");
+    archive.white_sha256 = fields.text("white_sha256");
     archive.instrument_sha256 = fields.text("instrument_sha256");
     archive.serials = fields.texts_by_name("serials");
     archive.temperature_deg_c = fields.number_or_null("temperature_deg_c");

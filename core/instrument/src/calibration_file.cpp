@@ -187,6 +187,8 @@ std::string to_json(const Instrument& instrument) {
         {"angular", angular_to_json(instrument.white.angular)},
         {"u_relative", instrument.white.u_relative}}},
       {"u_normal_deg", instrument.u_normal.degrees()},
+      {"u_lamp_direction_deg", instrument.u_lamp_direction.degrees()},
+      {"u_joint_deg", instrument.u_joint.degrees()},
       {"u_lamp_relative", instrument.u_lamp_relative},
       {"u_linearity_relative", instrument.u_linearity_relative}};
   return document.dump(2) + "\n";
@@ -208,6 +210,13 @@ Instrument instrument_from_json(const std::string& text, const std::filesystem::
   if (fields.has("stray")) instrument.stray = stray_from_json(fields.object("stray"));
   instrument.white = white_from_json(fields.object("white"));
   instrument.u_normal = Angle::from_degrees(fields.number("u_normal_deg"));
+  // Younger than the format: a file without them takes lamp and axes as certain.
+  if (fields.has("u_lamp_direction_deg")) {
+    instrument.u_lamp_direction = Angle::from_degrees(fields.number("u_lamp_direction_deg"));
+  }
+  if (fields.has("u_joint_deg")) {
+    instrument.u_joint = Angle::from_degrees(fields.number("u_joint_deg"));
+  }
   instrument.u_lamp_relative = fields.number("u_lamp_relative");
   instrument.u_linearity_relative = fields.number("u_linearity_relative");
   fields.finish();

@@ -91,6 +91,9 @@ void Instrument::validate() const {
   require_table(white.angular);
   require(white.u_relative >= 0.0, "white.u_relative", white.u_relative, "0 or more");
   require(u_normal >= Angle(), "u_normal_deg", u_normal.degrees(), "0 or more");
+  require(u_lamp_direction >= Angle(), "u_lamp_direction_deg", u_lamp_direction.degrees(),
+          "0 or more");
+  require(u_joint >= Angle(), "u_joint_deg", u_joint.degrees(), "0 or more");
   require(u_lamp_relative >= 0.0, "u_lamp_relative", u_lamp_relative, "0 or more");
   require(u_linearity_relative >= 0.0, "u_linearity_relative", u_linearity_relative, "0 or more");
 }

@@ -1,5 +1,7 @@
 #include "gonio/instrument/measurement_equation.h"
 
+#include <algorithm>
+#include <cmath>
 #include <numbers>
 
 namespace gonio::instrument {
@@ -34,6 +36,15 @@ std::optional<PixelGeometry> pixel_geometry(const Instrument& instrument, const 
   geometry.factor = response * intensity * cos_theta_i * falloff;
   geometry.stray_factor = response * std::numbers::inv_pi / square_mm;
   return geometry;
+}
+
+Angle half_vector_sigma(const Instrument& instrument, Angle theta_d) {
+  // At grazing incidence of both beams h is defined by less and less.
+  constexpr double kLeastCosine = 0.02;
+  const double across = 1.0 / std::max(kLeastCosine, cos(theta_d));
+  const double by_lamp = 0.5 * std::sqrt(0.5 * (1.0 + across * across));
+  return Angle::from_radians(
+      std::hypot(instrument.u_normal.radians(), by_lamp * instrument.u_lamp_direction.radians()));
 }
 
 std::optional<Eigen::Vector2d> pixel_of_point(const Instrument& instrument,

@@ -78,7 +78,7 @@ TEST(Verification, HealthyRigPasses) {
   const Verification result = verify(truth, seen_by(truth));
   EXPECT_TRUE(result.passed) << result.explanation;
   EXPECT_EQ(result.cause, Cause::none);
-  EXPECT_EQ(result.checks.size(), 4U);
+  EXPECT_EQ(result.checks.size(), 5U);
 }
 
 /// An instrument that takes one axis for another than it is.

@@ -69,6 +69,7 @@ struct HiddenBench {
                            degrees(certificate.angular.delta_phi), certificate.angular.factor};
     known.white.u_relative = certificate.u_relative;
     known.u_normal = Angle::from_degrees(0.3);
+    known.u_joint = Angle::from_degrees(0.003);
     known.u_lamp_relative = 0.01;
     return known;
   }

@@ -72,6 +72,9 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
                                                            truth.rig.sample.links[1].direction),
                  between.sigma.degrees(), 1, 0.01 * angles});
 
+  // Of this homing, which is compared: u_normal of the constants is of any.
+  const Angle datum_sigma =
+      Angle::from_radians(std::sqrt(0.5 * found.zeros.value().covariance.trace()));
   for (const auto& readings : {deg(60, 0, 0), deg(60, 30, 10), deg(60, -30, 30)}) {
     const Eigen::Vector3d normal =
         rig::forward(instrument.rig, readings).world_from_sample.linear().col(2);
@@ -80,7 +83,7 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
         rig::forward(truth.rig, true_joints(truth, readings)).world_from_sample.linear().col(2);
     all.push_back({fmt::format("sample normal at azimuth {:g}, tilt {:g}", readings[1].degrees(),
                                readings[2].degrees()),
-                   "deg", degrees_between(normal, really), instrument.u_normal.degrees(), 2,
+                   "deg", degrees_between(normal, really), datum_sigma.degrees(), 2,
                    0.01 * angles});
     if (readings[1].radians() != 0.0) continue;
     const auto heading = [](const Eigen::Vector3d& n) { return std::atan2(n.y(), n.x()); };

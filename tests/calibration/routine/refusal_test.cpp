@@ -110,6 +110,13 @@ TEST_F(Refusal, OfABoardThatIsHalfHidden) {
   expect_refused(bench, "intrinsics", "is part of it hidden");
 }
 
+TEST_F(Refusal, OfACameraWithAColourMosaic) {
+  sim::SimOptions options = test::HiddenBench::options_with_board(3, sim::HiddenImage::small);
+  options.camera.pixel_format = devices::PixelFormat::bayer_rggb;
+  test::HiddenBench bench(options);
+  expect_refused(bench, "homing", "camera: found a colour mosaic");
+}
+
 TEST_F(Refusal, OfALampThatIsOff) {
   test::HiddenBench bench(3);
   DeadLamp lamp(*bench.devices.light);

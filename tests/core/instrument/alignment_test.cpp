@@ -63,6 +63,8 @@ TEST(Alignment, RefusesWhatCannotBe) {
   refused([](Alignment& a) { a.tilt_y = Angle::from_radians(std::nan("")); }, "tilt");
   refused([](Alignment& a) { a.covariance(0, 0) = -1.0; }, "covariance");
   refused([](Alignment& a) { a.covariance(0, 1) = 0.1; }, "covariance");
+  refused([](Alignment& a) { a.covariance(1, 1) = 1e308; }, "a sigma of");
+  refused([](Alignment& a) { a.covariance.setZero(); }, "a sigma of 0 deg");
   refused([](Alignment& a) { a.method = "guess"; }, "method");
   refused([](Alignment& a) { a.sample = "a\nb"; }, "sample");
   refused([](Alignment& a) { a.instrument_sha256 = "0"; }, "instrument_sha256");

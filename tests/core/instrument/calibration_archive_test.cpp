@@ -39,7 +39,8 @@ StepResult result_of(const CalibrationArchive& archive, std::string_view step, U
 /// A whole calibration.
 CalibrationArchive whole(UtcSeconds at = kNoon) {
   CalibrationArchive archive;
-  archive.rig_sha256 = rig_sha256(example_instrument().rig);
+  archive.rig_sha256 = rig_sha256(example_instrument());
+  archive.white_sha256 = white_sha256(example_instrument().white);
   archive.serials = {{"camera", "22001122"}};
   archive.temperature_deg_c = 22.5;
   for (const CalibrationStep& step : calibration_steps()) {
@@ -49,7 +50,7 @@ CalibrationArchive whole(UtcSeconds at = kNoon) {
 }
 
 CalibrationUse use_at(UtcSeconds now) {
-  return {rig_sha256(example_instrument().rig),
+  return {rig_sha256(example_instrument()), white_sha256(example_instrument().white),
           std::map<std::string, std::string>{{"camera", "22001122"}}, now};
 }
 
@@ -111,13 +112,38 @@ TEST(CalibrationArchive, NothingIsMeasuredOnGroundThatDoesNotHold) {
 
 TEST(CalibrationArchive, AnotherRigOrCameraIsARefusal) {
   CalibrationUse use = use_at(kNoon);
-  auto other = example_instrument().rig;
-  other.axes[1].max += Angle::from_degrees(1.0);
+  Instrument other = example_instrument();
+  other.rig.axes[1].max += Angle::from_degrees(1.0);
   use.rig_sha256 = rig_sha256(other);
   use.serials->at("camera") = "22001123";
   EXPECT_THAT(reasons_against(whole(), use),
               ElementsAre(HasSubstr("another rig"),
                           HasSubstr("camera: found \"22001123\", expected \"22001122\"")));
+}
+
+TEST(CalibrationArchive, AnotherLensIsAnotherRigButAnotherUncertaintyIsNot) {
+  Instrument other = example_instrument();
+  other.u_normal = Angle::from_degrees(1.0);
+  other.id = "another day";
+  EXPECT_EQ(rig_sha256(other), rig_sha256(example_instrument()));
+  other.camera.cx_px += 1.0;
+  EXPECT_NE(rig_sha256(other), rig_sha256(example_instrument()));
+}
+
+TEST(CalibrationArchive, AnotherCertificateOfTheWhiteIsARefusal) {
+  Instrument other = example_instrument();
+  other.white.reflectance *= 0.5;
+  EXPECT_EQ(rig_sha256(other), rig_sha256(example_instrument()));
+  CalibrationUse use = use_at(kNoon);
+  use.white_sha256 = white_sha256(other.white);
+  EXPECT_THAT(reasons_against(whole(), use), ElementsAre(HasSubstr("made with another white")));
+}
+
+TEST(CalibrationArchive, NoResultIsGoodForLongerThanItsKind) {
+  CalibrationArchive archive = whole();
+  archive.results.front().valid_until += std::chrono::hours(24 * 365 * 100);
+  EXPECT_THAT([&] { archive.validate(); },
+              testing::ThrowsMessage<std::invalid_argument>(HasSubstr("valid_until")));
 }
 
 TEST(CalibrationArchive, DeviceThatIsNotThereIsARefusalButNotOneNotLookedForYet) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numbers>
 
 #include "example_instrument.h"
@@ -68,6 +69,28 @@ brdf::DirectionPair pair_deg(double theta_i_deg, double theta_o_deg, double delt
                            std::cos(theta));
   };
   return {at(theta_i_deg, 17.0), at(theta_o_deg, 17.0 + delta_phi_deg)};
+}
+
+TEST(HalfVectorSigma, IsHowFarHTurnsWhenTheLampDoes) {
+  Instrument instrument = example_instrument();
+  instrument.u_normal = Angle();
+  instrument.u_lamp_direction = 0.01_deg;
+  // By moving wi by that much in either direction across it.
+  for (const double theta_d_deg : {0.0, 40.0, 75.0}) {
+    const double theta = Angle::from_degrees(theta_d_deg).radians();
+    const Eigen::Vector3d wi(std::sin(theta), 0.0, std::cos(theta));
+    const Eigen::Vector3d wo(-std::sin(theta), 0.0, std::cos(theta));
+    const Eigen::Vector3d in_plane(std::cos(theta), 0.0, -std::sin(theta));
+    double squares = 0.0;
+    for (const Eigen::Vector3d& way : {in_plane, Eigen::Vector3d(0.0, 1.0, 0.0)}) {
+      const Eigen::Vector3d moved = wi + instrument.u_lamp_direction.radians() * way;
+      squares += ((moved + wo).normalized() - (wi + wo).normalized()).squaredNorm();
+    }
+    EXPECT_NEAR(half_vector_sigma(instrument, Angle::from_degrees(theta_d_deg)).radians(),
+                std::sqrt(0.5 * squares), 1e-8);
+  }
+  instrument.u_normal = 0.03_deg;
+  EXPECT_NEAR(half_vector_sigma(instrument, Angle()).degrees(), std::hypot(0.03, 0.005), 1e-9);
 }
 
 TEST(WhiteReference, IsInterpolatedInItsTableAndHeldAtTheEnds) {

@@ -13,6 +13,16 @@
 
 namespace gonio::cli {
 
+/// How thick the targets of a calibration are against the board, whose face the cradle's axes are
+/// found with; outwards is positive.
+struct TargetThickness {
+  double mirror_raised_mm = 0.0;
+  double u_mirror_raised_mm = 0.02;
+  double sample_raised_mm = 0.0;
+  double u_sample_raised_mm = 0.05;
+  double black_glass_index = 1.52;  ///< refractive
+};
+
 /// Everything a rig file says, resolved: defaults filled in.
 struct RigFile {
   enum class Driver { simulated, hardware };
@@ -29,7 +39,8 @@ struct RigFile {
   acquisition::ReductionOptions reduction;
   instrument::WhiteReference white;  ///< without its angular table, see white_of()
   std::string certificate;           ///< that table's file, relative to the rig file; empty: none
-  RigDevices devices;                ///< of a rig whose driver is hardware
+  TargetThickness targets;
+  RigDevices devices;  ///< of a rig whose driver is hardware
   /// The simulated world, also the one behind an emulated rig's wires. Its rig and material are
   /// filled in by simulated_world().
   sim::SimOptions world;

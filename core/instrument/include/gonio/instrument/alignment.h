@@ -22,7 +22,7 @@ struct Alignment {
   std::string instrument_sha256;  ///< of the constants it was made with: to_json(Instrument)
 
   /// Throws std::invalid_argument naming the field: an angle beyond 20 deg, a covariance that is
-  /// none, another method, a checksum that is none.
+  /// none or of sigmas outside 1e-5 to 10 deg, another method, a checksum that is none.
   void validate() const;
 };
 

@@ -10,7 +10,7 @@
 
 #include "gonio/instrument/acceptance_check.h"
 #include "gonio/instrument/calibration_step.h"
-#include "gonio/rig/rig_description.h"
+#include "gonio/instrument/instrument.h"
 
 namespace gonio::instrument {
 
@@ -51,7 +51,8 @@ struct StepResult {
 
 /// All that a calibration has found, with how sure it is, from what and until when.
 struct CalibrationArchive {
-  std::string rig_sha256;  ///< rig_sha256() of the nominal rig
+  std::string rig_sha256;    ///< rig_sha256() of the nominal instrument
+  std::string white_sha256;  ///< white_sha256() of the certificate the white was seen with
   /// Of the file of constants (calibration_file.h) that the results came to; empty until all steps
   /// have one.
   std::string instrument_sha256;
@@ -73,8 +74,11 @@ enum class StepState {
 
 std::string_view to_string(StepState state);
 
-/// Of a rig description, as a number in the archive: 64 hexadecimal digits.
-std::string rig_sha256(const rig::RigDescription& rig);
+/// Of what a rig file says of rig, camera, sensor, lens and lamp, as a number in the archive: 64
+/// hexadecimal digits. The white, its uncertainties and the id do not count.
+std::string rig_sha256(const Instrument& nominal);
+/// Of a white and its certificate, as rig_sha256().
+std::string white_sha256(const WhiteReference& white);
 
 /// Of a result with all its numbers.
 std::string result_sha256(const StepResult& result);
@@ -101,13 +105,15 @@ void record(CalibrationArchive& archive, StepResult result);
 /// What a session is told besides the archive.
 struct CalibrationUse {
   std::string rig_sha256;
+  std::string white_sha256;
   /// Of all devices that are there, as in the archive; an empty map says that none is. Without a
   /// map they are not known yet, as before devices are opened: nothing is said about them then.
   std::optional<std::map<std::string, std::string>> serials;
   UtcSeconds now{};
 };
 
-/// Why a session should not use the archive, one line each: made on another rig, with devices that
+/// Why a session should not use the archive, one line each: made on another rig, with another
+/// white, with devices that
 /// are others or not there, steps missing, stale or expired, and what to do. Empty when it may.
 std::vector<std::string> reasons_against(const CalibrationArchive& archive,
                                          const CalibrationUse& use);

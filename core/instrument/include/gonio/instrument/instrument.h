@@ -93,6 +93,8 @@ struct Instrument {
   StrayLight stray;
   WhiteReference white;
   Angle u_normal;                     ///< sd per tangential axis of the sample normal's direction
+  Angle u_lamp_direction;             ///< sd of where the lamp stands, per axis across the light
+  Angle u_joint;                      ///< sd of where an axis comes to stand about its reading
   double u_lamp_relative = 0.0;       ///< lamp field and monitor, per pose
   double u_linearity_relative = 0.0;  ///< what the response curve leaves
 

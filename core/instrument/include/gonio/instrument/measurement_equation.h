@@ -31,6 +31,11 @@ inline double signal_over_constant(const Instrument& instrument, const PixelGeom
 std::optional<PixelGeometry> pixel_geometry(const Instrument& instrument, const rig::RigPose& pose,
                                             double column, double row);
 
+/// Standard deviation of the half vector about the sample's normal, per tangential axis: the
+/// normal's own, and what the lamp's direction turns it by. A turn of wi by a small angle in the
+/// plane of wi and wo turns h by half of it, one out of it by 1 / (2 cos theta_d) of it.
+Angle half_vector_sigma(const Instrument& instrument, Angle theta_d);
+
 /// Pixel that a point of the sample plane falls on; empty behind the camera.
 std::optional<Eigen::Vector2d> pixel_of_point(const Instrument& instrument,
                                               const rig::RigPose& pose,

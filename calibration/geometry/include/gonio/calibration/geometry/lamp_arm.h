@@ -79,6 +79,9 @@ LampArm fit_lamp_arm(const StageAxes& stage, std::span<const MirrorView> views,
 /// Unit vector from the world's origin to the lamp with the arm at `reading`: wi for a sample
 /// there.
 DirectionEstimate lamp_direction(const LampArm& lamp, Angle reading);
+/// The largest standard deviation of it, per axis across it, over the arm's way.
+Angle worst_direction_sigma(const LampArm& lamp);
+
 /// Rigs that differ from the one found (`stage` with the lamp's chain of `lamp`) by one standard
 /// deviation of an independent error of stage and lamp each. What is found with the whole rig moves
 /// with them, and the sum of the squares of how far is its variance.

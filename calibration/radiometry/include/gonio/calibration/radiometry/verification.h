@@ -17,8 +17,7 @@ struct HighlightView {
   double sigma_px = 0.1;
 };
 
-/// A reading that has one right value: reciprocity pairs, the repeated first pose, black glass
-/// against Fresnel, energy.
+/// A reading that has one right value: black glass against Fresnel, and what white_ratios() says.
 struct RatioCheck {
   std::string name;
   double found = 1.0;
@@ -31,8 +30,8 @@ struct VerificationData {
   std::array<double, 3> constant{};   ///< FieldFit::constant of the calibration under test
   std::vector<WhiteView> white;       ///< at poses other than the reference's
   std::vector<HighlightView> mirror;  ///< at three lamp angles or more
-  std::vector<RatioCheck> ratios;
-  std::vector<std::string> unseen;  ///< what was looked for and not found, a line each
+  std::vector<RatioCheck> ratios;     ///< besides those of the white, which verify() adds
+  std::vector<std::string> unseen;    ///< what was looked for and not found, a line each
 };
 
 /// A single mistake that could explain the residuals.
@@ -63,7 +62,8 @@ struct Verification {
 /// showed nothing (`unseen`) leave the naming to the rest: an axis that turns the other way takes
 /// the lamp's image out of the mirror.
 ///
-/// Limits   white 1.5 % per region mean, mirror image 0.05 deg of wi, ratios as each says.
+/// Limits   white 1.5 % per region mean, mirror image 0.05 deg of wi, ratios as each says
+///          (white_ratios.h: repeated pose, reciprocity, energy).
 /// Throws   StepRefused: as require_white_views(); fewer than 3 white poses; a white as expected
 ///          beside fewer than 3 mirror poses or with something unseen.
 Verification verify(const instrument::Instrument& instrument, const VerificationData& data);

@@ -31,8 +31,9 @@ struct Folder {
   std::filesystem::path path;
   std::filesystem::path archive() const { return path / "calibration.json"; }
   std::filesystem::path instrument() const { return path / "instrument.json"; }
+  std::filesystem::path raw_folder() const { return path / "raw"; }
   std::filesystem::path raw(const std::string& step, const std::string& sha256) const {
-    return path / "raw" / (step + "-" + sha256.substr(0, 12) + ".json");
+    return raw_folder() / (step + "-" + sha256.substr(0, 12) + ".json");
   }
 };
 
