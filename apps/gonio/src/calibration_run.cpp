@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <functional>
 #include <stdexcept>
 #include <utility>
 
@@ -28,27 +29,56 @@ routine::Routine calibration_in(const std::filesystem::path& folder, const RigFi
   });
 }
 
-std::optional<calibration_report::RefusedStep> take_steps(const Context& context,
-                                                          routine::Routine& calibration,
-                                                          const acquisition::DeviceSet& devices,
-                                                          const std::vector<std::string>& steps) {
+namespace {
+
+using Steps = std::vector<std::string>;
+
+/// Takes the first of what `open` says is left until nothing is.
+std::optional<calibration_report::RefusedStep> take(const Context& context,
+                                                    routine::Routine& calibration,
+                                                    const acquisition::DeviceSet& devices,
+                                                    const std::function<Steps()>& open) {
   Progress progress(context.console, "calibrating");
-  for (std::size_t i = 0; i < steps.size(); ++i) {
+  std::size_t done = 0;
+  for (Steps left = open(); !left.empty(); left = open(), ++done) {
     context.check_stop();
-    const PhaseTimer timer(context.console, steps[i]);
+    const std::string& step = left.front();
+    const PhaseTimer timer(context.console, step);
     const auto show = [&](const routine::Progress& now) {
-      progress.update((static_cast<double>(i) + now.fraction) / static_cast<double>(steps.size()),
-                      fmt::format("{}: {}", now.step, now.what));
+      progress.update(
+          (static_cast<double>(done) + now.fraction) / static_cast<double>(done + left.size()),
+          fmt::format("{}: {}", now.step, now.what));
     };
     try {
-      calibration.take(steps[i], devices, show, context.stop);
+      calibration.take(step, devices, show, context.stop);
     } catch (const calibration::StepRefused& refused) {
-      return calibration_report::RefusedStep{steps[i], refused.what()};
+      return calibration_report::RefusedStep{step, refused.what()};
     } catch (const std::invalid_argument& error) {
       throw UsageError(error.what());  // a step named by --only whose inputs are missing
     }
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<calibration_report::RefusedStep> take_steps(const Context& context,
+                                                          routine::Routine& calibration,
+                                                          const acquisition::DeviceSet& devices,
+                                                          const Steps& steps) {
+  auto next = steps.begin();
+  bool first = true;
+  return take(context, calibration, devices, [&] {
+    if (!first) ++next;
+    first = false;
+    return Steps(next, steps.end());
+  });
+}
+
+std::optional<calibration_report::RefusedStep> take_open_steps(
+    const Context& context, routine::Routine& calibration, const acquisition::DeviceSet& devices) {
+  return take(context, calibration, devices,
+              [&] { return instrument::steps_to_take(calibration.archive(), now_utc()); });
 }
 
 void write_calibration_report(const routine::Routine& calibration,

@@ -27,6 +27,12 @@ std::optional<calibration_report::RefusedStep> take_steps(
     const Context& context, calibration::routine::Routine& calibration,
     const acquisition::DeviceSet& devices, const std::vector<std::string>& steps);
 
+/// The same for all that has to be taken, asking again after each: what was taken may call for
+/// others, and one that takes hours may see the first expire.
+std::optional<calibration_report::RefusedStep> take_open_steps(
+    const Context& context, calibration::routine::Routine& calibration,
+    const acquisition::DeviceSet& devices);
+
 /// FOLDER/report.html: what a person looks at before trusting the numbers.
 void write_calibration_report(const calibration::routine::Routine& calibration,
                               const std::filesystem::path& folder, const RigFile& rig,

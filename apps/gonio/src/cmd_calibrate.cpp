@@ -85,7 +85,8 @@ nlohmann::ordered_json as_json(const routine::Routine& calibration) {
     }
     steps.push_back(std::move(each));
   }
-  return {{"complete", !calibration.archive().instrument_sha256.empty()}, {"steps", steps}};
+  return {{"complete", instrument::steps_to_take(calibration.archive(), now_utc()).empty()},
+          {"steps", steps}};
 }
 
 void require_steps(const std::vector<std::string>& steps) {
@@ -121,16 +122,14 @@ void require_writable(const std::filesystem::path& folder) {
   files::require_creatable(raw / "probe");
 }
 
-/// What is to be done: what was named, or all that is not valid, in order.
-std::vector<std::string> steps_wanted(const routine::Routine& calibration,
-                                      const CalibrateOptions& options) {
+/// What is to be done: what was named, or everything. None: what has to be.
+std::vector<std::string> steps_wanted(const CalibrateOptions& options) {
+  if (options.redo && options.only.empty()) return step_names();
   std::vector<std::string> wanted;
   for (const std::string& step : step_names()) {
-    const bool named =
-        std::find(options.only.begin(), options.only.end(), step) != options.only.end();
-    const bool all = options.only.empty() &&
-                     (options.redo || calibration.state_of(step) != instrument::StepState::valid);
-    if (named || all) wanted.push_back(step);
+    if (std::find(options.only.begin(), options.only.end(), step) != options.only.end()) {
+      wanted.push_back(step);
+    }
   }
   return wanted;
 }
@@ -167,8 +166,9 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   AskingChanger person(opened->devices().changer);
   acquisition::DeviceSet devices = opened->devices();
   if (!options.yes) devices.changer = &person;
-  const auto refused =
-      take_steps(context, calibration, devices, steps_wanted(calibration, options));
+  const std::vector<std::string> wanted = steps_wanted(options);
+  const auto refused = wanted.empty() ? take_open_steps(context, calibration, devices)
+                                      : take_steps(context, calibration, devices, wanted);
   if (refused) {
     console.error(refused->step + ": " + refused->why,
                   fmt::format("nothing of it was kept; mend it, then the same command goes on "
@@ -180,7 +180,7 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   write_calibration_report(
       calibration, folder, rig,
       refused ? std::vector{*refused} : std::vector<calibration_report::RefusedStep>{});
-  if (!refused && !calibration.archive().instrument_sha256.empty()) {
+  if (!refused && instrument::steps_to_take(calibration.archive(), now_utc()).empty()) {
     console.say(fmt::format("{}: calibrated; look at {}, then measure with --calibration {}",
                             options.out, (folder / "report.html").string(), options.out));
   }

@@ -70,10 +70,9 @@ std::optional<SessionCalibration> session_calibration(const RigFile& rig,
                  std::nullopt,
                  std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now())};
   const std::filesystem::path constants = folder / "instrument.json";
-  if (!session.archive.instrument_sha256.empty() &&
-      files::sha256_of_file(constants) != session.archive.instrument_sha256) {
-    session.changed =
-        constants.string() + ": is not what the calibration came to; take its steps again";
+  if (files::sha256_of_file(constants) != session.archive.instrument_sha256) {
+    session.changed = constants.string() +
+                      ": is not what the calibration came to; gonio calibrate writes it again";
   }
   instrument::UtcSeconds until = instrument::UtcSeconds::max();
   for (const instrument::StepResult& result : session.archive.results) {

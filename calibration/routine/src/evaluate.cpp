@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -92,6 +94,26 @@ Angle datum_sigma(const Findings& findings) {
   return Angle::from_radians(std::sqrt(0.5 * zeros.trace() + homing * homing + scatter * scatter));
 }
 
+/// Of what an evaluation cannot do without.
+bool has_found(const Findings& findings, std::string_view step) {
+  if (step == "intrinsics") return findings.intrinsics.has_value();
+  if (step == "stage_axes") return findings.stage.has_value();
+  if (step == "sample_plane") return findings.sample_plane.has_value();
+  if (step == "lamp_arm") return findings.lamp_arm.has_value();
+  if (step == "zero_offsets") return findings.zeros.has_value();
+  if (step == "flat_field") return findings.fields.has_value();
+  if (step == "white") return findings.white.has_value();
+  return true;
+}
+
+void require_found(const Findings& findings, const instrument::CalibrationStep& step) {
+  for (const std::string_view need : step.needs) {
+    if (has_found(findings, need)) continue;
+    throw std::invalid_argument(fmt::format(
+        "{} cannot be evaluated: found nothing of {}, which it is made from", step.name, need));
+  }
+}
+
 }  // namespace
 
 instrument::Instrument calibrated(const instrument::Instrument& nominal, const Findings& findings) {
@@ -151,6 +173,7 @@ instrument::StepResult evaluate(const std::string& step, const Observations& obs
   if (found == evaluations.end()) {
     throw std::invalid_argument("no calibration step is called " + step);
   }
+  require_found(findings, *instrument::find_calibration_step(step));
   const instrument::Instrument instrument = calibrated(nominal, findings);
   ResultBuilder result(step);
   found->second(observations, {nominal, settings, instrument}, findings, result);

@@ -70,6 +70,13 @@ double geometry_sigma(const Known& known, const Findings& findings, const WhiteV
   return std::sqrt(variance);
 }
 
+std::array<double, 3> constant_then(const Observations& seen) {
+  if (!seen.constant) {
+    throw StepRefused("found no constants of the white beside what was seen, expected its day's");
+  }
+  return *seen.constant;
+}
+
 }  // namespace
 
 void evaluate_flat_field(const Observations& seen, const Known& known, Findings& findings,
@@ -104,7 +111,7 @@ void evaluate_flat_field(const Observations& seen, const Known& known, Findings&
 void evaluate_stray_light(const Observations& seen, const Known& known, Findings& findings,
                           ResultBuilder& result) {
   const StrayLight found =
-      stray_light(known.instrument, findings.fields.value().constant, seen.whites, kMaxStray);
+      stray_light(known.instrument, constant_then(seen), seen.whites, kMaxStray);
   findings.stray = found;
   result.parameter("stray.fraction", "", {found.fraction, found.sigma});
   result.residual("spread", found.spread);
@@ -157,7 +164,7 @@ void evaluate_colour(const Observations& seen, const Known& known, Findings& fin
     return;
   }
   std::vector<ChartPatch> patches(chart.linear_srgb.size());
-  const auto& constant = findings.white.value().constant;
+  const std::array<double, 3> constant = constant_then(seen);
   for (const WhiteView& view : seen.whites) {
     const rig::RigPose pose = rig::forward(known.instrument.rig, view.joints);
     if (view.pixels.size() != patches.size()) {

@@ -12,7 +12,7 @@ using Json = nlohmann::ordered_json;
 using json::JsonFields;
 
 constexpr const char* kFormat = "gonio-calibration-observations";
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 31;
 
 // Angles are kept in radians, as they are in memory, so that they read back exactly.
@@ -229,6 +229,8 @@ std::string to_json(const std::string& step, const Observations& seen) {
                      {"expected", r.expected},
                      {"tolerance", r.tolerance}};
        })}};
+  document["constant"] = nullptr;
+  if (seen.constant) document["constant"] = *seen.constant;
   if (seen.darks) {
     document["darks"] = {
         {"black_level_dn", estimate_json(seen.darks->black_level_dn)},
@@ -291,6 +293,10 @@ Observations observations_from_json(const std::string& text, const std::string& 
     seen.ratios.push_back({each.text("name"), each.number("found"), each.number("expected"),
                            each.number("tolerance")});
   });
+  if (!fields.is_null("constant")) {
+    const auto constant = fields.vector<3>("constant");
+    seen.constant = {constant[0], constant[1], constant[2]};
+  }
   fields.finish();
   return seen;
 }

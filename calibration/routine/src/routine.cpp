@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -41,6 +43,11 @@ void require_passed(const instrument::StepResult& result) {
     if (note.starts_with("likely cause")) failed += "; " + note;
   }
   throw StepRefused(failed);
+}
+
+void give_up(instrument::CalibrationArchive& archive, const std::string& step) {
+  std::erase_if(archive.results,
+                [&](const instrument::StepResult& result) { return result.step == step; });
 }
 
 std::string map_text(const std::map<std::string, std::string>& map) {
@@ -103,11 +110,13 @@ void Routine::read() {
         "{}: was made with other devices ({}), found {}; begin in another folder",
         folder_.archive().string(), map_text(stored.serials), map_text(archive_.serials)));
   }
+  // The file stays as it is until a step is taken.
+  bool as_stored = true;
   if (stored.white_sha256 != archive_.white_sha256) {
-    // What saw the white has to see it again; what was made from that is stale without it.
-    std::erase_if(stored.results, [](const instrument::StepResult& result) {
-      return result.step == "flat_field" || result.step == "white";
-    });
+    // What saw the white has to see it again, and what keeps its constants; what was made from that
+    // is stale without it.
+    for (const char* step : {"flat_field", "stray_light", "white", "colour"}) give_up(stored, step);
+    as_stored = false;
     stored.white_sha256 = archive_.white_sha256;
     stored.instrument_sha256.clear();
   }
@@ -115,9 +124,33 @@ void Routine::read() {
   for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
     const std::string name(step.name);
     const instrument::StepResult* result = instrument::find_result(archive_, name);
-    if (result == nullptr || state_of(name) != instrument::StepState::valid) continue;
-    evaluate(name, read_observations(*result, folder_), nominal_, settings_, findings_);
+    if (result == nullptr || state_of(name) == instrument::StepState::stale) continue;
+    Findings findings = findings_;
+    try {
+      require_passed(
+          evaluate(name, read_observations(*result, folder_), nominal_, settings_, findings));
+      findings_ = std::move(findings);
+    } catch (const StepRefused&) {
+      // With other settings, a chart of other values say, it may not: then it has to be taken.
+      give_up(archive_, name);
+      as_stored = false;
+    } catch (const std::invalid_argument& error) {
+      throw DataFormatError(folder_.archive(), name, error.what());
+    }
   }
+  if (as_stored) mend_constants();
+}
+
+void Routine::mend_constants() {
+  const std::string there = std::filesystem::exists(folder_.instrument())
+                                ? files::sha256_of_file(folder_.instrument())
+                                : std::string();
+  if (there == archive_.instrument_sha256) return;
+  // As store() does it, the archive first: another version may come to other constants.
+  const std::string constants = constants_of(archive_, findings_);
+  archive_.instrument_sha256 = constants.empty() ? "" : files::sha256_of_bytes(constants);
+  instrument::write_calibration_archive(folder_.archive(), archive_);
+  write_constants(constants);
 }
 
 instrument::StepState Routine::state_of(const std::string& step) const {
@@ -158,6 +191,8 @@ const instrument::StepResult& Routine::take(const std::string& name,
     });
     seen = look(name, bench);
   }
+  if (name == "stray_light") seen.constant = findings_.fields->constant;
+  if (name == "colour") seen.constant = findings_.white->constant;
   Findings findings = findings_;
   instrument::StepResult result = evaluate(name, seen, nominal_, settings_, findings);
   result.notes.insert(result.notes.end(), notes.begin(), notes.end());
@@ -165,40 +200,95 @@ const instrument::StepResult& Routine::take(const std::string& name,
   result.inputs = inputs;
   result.finished = now_();
   result.valid_until = result.finished + step.valid;
-  store(name, seen, std::move(result), std::move(findings));
+  const std::string text = to_json(name, seen);
+  const std::string sha256 = files::sha256_of_bytes(text);
+  const std::filesystem::path path = folder_.raw(name, sha256);
+  result.raw_data = {{std::filesystem::relative(path, folder_.path).string(), sha256}};
+  instrument::CalibrationArchive archive = archive_;
+  instrument::record(archive, result);
+  evaluate_borrowers(name, archive, findings, result.notes);
+  instrument::record(archive, std::move(result));
+  store(path, text, std::move(archive), std::move(findings));
   return *instrument::find_result(archive_, name);
 }
 
-void Routine::store(const std::string& step, const Observations& observations,
-                    instrument::StepResult result, Findings findings) {
-  // What was seen comes first, under a name of its own: killed at any moment, the archive names
-  // files that are there and as they were.
-  const std::string text = to_json(step, observations);
-  const std::string sha256 = files::sha256_of_bytes(text);
-  const std::filesystem::path path = folder_.raw(step, sha256);
-  std::filesystem::create_directories(path.parent_path());
-  result.raw_data = {{std::filesystem::relative(path, folder_.path).string(), sha256}};
-  instrument::CalibrationArchive archive = archive_;
-  instrument::record(archive, std::move(result));
-  // The constants that sessions use go with the archive as a whole: with a step missing or stale
-  // there are none.
-  archive.instrument_sha256.clear();
-  std::string constants;
-  if (instrument::steps_to_take(archive, now_()).empty()) {
-    instrument::Instrument found = calibrated(nominal_, findings);
-    found.id = fmt::format("{}, calibrated {:%F %H:%M} UTC", nominal_.rig.name, now_());
-    constants = instrument::to_json(found);
-    archive.instrument_sha256 = files::sha256_of_bytes(constants);
+void Routine::evaluate_borrowers(const std::string& taken, instrument::CalibrationArchive& archive,
+                                 Findings& findings, std::vector<std::string>& notes) const {
+  std::set<std::string_view> changed{taken};
+  const auto any_changed = [&](const std::vector<std::string_view>& steps) {
+    return std::any_of(steps.begin(), steps.end(),
+                       [&](std::string_view step) { return changed.contains(step); });
+  };
+  for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
+    const std::string name(step.name);
+    const instrument::StepResult* old = instrument::find_result(archive, name);
+    if (old == nullptr || !(any_changed(step.needs) || any_changed(step.borrows))) continue;
+    if (instrument::state_of(archive, name, now_()) == instrument::StepState::stale) continue;
+    Findings tried = findings;
+    try {
+      instrument::StepResult again =
+          evaluate(name, read_observations(*old, folder_), nominal_, settings_, tried);
+      require_passed(again);
+      again.finished = old->finished;
+      again.valid_until = old->valid_until;
+      again.inputs = old->inputs;
+      again.raw_data = old->raw_data;
+      // What the devices told when it was taken is among the old ones.
+      for (const std::string& note : old->notes) {
+        if (std::find(again.notes.begin(), again.notes.end(), note) == again.notes.end()) {
+          again.notes.push_back(note);
+        }
+      }
+      instrument::record(archive, std::move(again));
+      findings = std::move(tried);
+    } catch (const StepRefused& refused) {
+      notes.push_back(fmt::format("{}, evaluated again with this, has to be taken again: {}", name,
+                                  refused.what()));
+      give_up(archive, name);
+    }
+    changed.insert(step.name);
   }
-  files::write_text_file(path, text, files::Overwrite::Yes);
-  if (!constants.empty()) {
+}
+
+std::string Routine::constants_of(const instrument::CalibrationArchive& archive,
+                                  const Findings& findings) const {
+  if (!instrument::is_whole(archive, now_())) return {};
+  instrument::UtcSeconds last{};
+  for (const instrument::StepResult& result : archive.results) {
+    last = std::max(last, result.finished);
+  }
+  instrument::Instrument found = calibrated(nominal_, findings);
+  found.id = fmt::format("{}, calibrated {:%F %H:%M} UTC", nominal_.rig.name, last);
+  return instrument::to_json(found);
+}
+
+void Routine::write_constants(const std::string& constants) const {
+  if (constants.empty()) {
+    std::filesystem::remove(folder_.instrument());
+  } else {
     files::write_text_file(folder_.instrument(), constants, files::Overwrite::Yes);
   }
+}
+
+void Routine::store(const std::filesystem::path& raw, const std::string& text,
+                    instrument::CalibrationArchive archive, Findings findings) {
+  // What was seen comes first, under a name of its own, then the archive, last the constants, which
+  // follow from it: killed at any moment, the archive names files that are there and as they were,
+  // and constants that are not its own are seen by their checksum.
+  const std::string constants = constants_of(archive, findings);
+  archive.instrument_sha256 = constants.empty() ? "" : files::sha256_of_bytes(constants);
+  std::filesystem::create_directories(raw.parent_path());
+  files::write_text_file(raw, text, files::Overwrite::Yes);
   instrument::write_calibration_archive(folder_.archive(), archive);
-  if (const instrument::StepResult* old = instrument::find_result(archive_, step);
-      old != nullptr && old->raw_data.size() == 1 && old->raw_data[0].sha256 != sha256) {
+  write_constants(constants);
+  for (const instrument::StepResult& old : archive_.results) {
+    const instrument::StepResult* now = instrument::find_result(archive, old.step);
+    if (old.raw_data.size() != 1 ||
+        (now != nullptr && now->raw_data[0].sha256 == old.raw_data[0].sha256)) {
+      continue;
+    }
     std::error_code ignored;  // a leftover does no harm
-    std::filesystem::remove(folder_.raw(step, old->raw_data[0].sha256), ignored);
+    std::filesystem::remove(folder_.raw(old.step, old.raw_data[0].sha256), ignored);
   }
   archive_ = std::move(archive);
   findings_ = std::move(findings);

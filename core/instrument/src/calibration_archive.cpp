@@ -55,11 +55,20 @@ void require_covariance(const StepResult& result) {
           result.step, "covariance: found a matrix that is not positive semidefinite");
 }
 
+std::vector<std::string_view> needed_and_borrowed(const CalibrationStep& step) {
+  std::vector<std::string_view> all = step.needs;
+  all.insert(all.end(), step.borrows.begin(), step.borrows.end());
+  return all;
+}
+
 /// How a step that is asked about itself ends the walk: needs are earlier steps only.
 bool is_stale(const CalibrationArchive& archive, const StepResult& result) {
-  return std::any_of(result.inputs.begin(), result.inputs.end(), [&](const auto& input) {
-    const StepResult* used = find_result(archive, input.first);
-    return used == nullptr || result_sha256(*used) != input.second || is_stale(archive, *used);
+  const auto& needs = find_calibration_step(result.step)->needs;
+  return std::any_of(needs.begin(), needs.end(), [&](std::string_view need) {
+    const StepResult* used = find_result(archive, need);
+    const auto named = result.inputs.find(std::string(need));
+    return used == nullptr || named == result.inputs.end() ||
+           taking_sha256(*used) != named->second || is_stale(archive, *used);
   });
 }
 
@@ -85,7 +94,8 @@ void StepResult::validate() const {
   require(valid_until > finished, step, "valid_until: found an end before the beginning");
   require(valid_until <= finished + known->valid, step,
           "valid_until: found later than such a result is good for");
-  const std::set<std::string_view> needs(known->needs.begin(), known->needs.end());
+  const std::vector<std::string_view> all = needed_and_borrowed(*known);
+  const std::set<std::string_view> needs(all.begin(), all.end());
   for (const auto& [name, hash] : inputs) {
     require(needs.contains(name), step, fmt::format("inputs: does not use \"{}\"", name));
     require(is_sha256(hash), step, fmt::format("inputs.{}: expected 64 hexadecimal digits", name));
@@ -150,8 +160,11 @@ std::string white_sha256(const WhiteReference& white) {
   return files::sha256_of_bytes(to_json(only));
 }
 
-std::string result_sha256(const StepResult& result) {
-  return files::sha256_of_bytes(std::string_view(result_to_json(result).dump()));
+std::string taking_sha256(const StepResult& result) {
+  std::string text =
+      fmt::format("{}\n{}\n", result.step, result.finished.time_since_epoch().count());
+  for (const RawData& raw : result.raw_data) text += raw.sha256 + "\n";
+  return files::sha256_of_bytes(std::string_view(text));
 }
 
 const StepResult* find_result(const CalibrationArchive& archive, std::string_view step) {
@@ -168,6 +181,14 @@ StepState state_of(const CalibrationArchive& archive, std::string_view step, Utc
   if (result == nullptr) return StepState::missing;
   if (is_stale(archive, *result)) return StepState::stale;
   return now > result->valid_until ? StepState::expired : StepState::valid;
+}
+
+bool is_whole(const CalibrationArchive& archive, UtcSeconds now) {
+  const auto steps = calibration_steps();
+  return std::all_of(steps.begin(), steps.end(), [&](const CalibrationStep& step) {
+    const StepState state = state_of(archive, step.name, now);
+    return state == StepState::valid || state == StepState::expired;
+  });
 }
 
 std::vector<std::string> steps_to_take(const CalibrationArchive& archive, UtcSeconds now) {
@@ -190,13 +211,13 @@ std::map<std::string, std::string> inputs_of(const CalibrationArchive& archive,
     throw std::invalid_argument(fmt::format("found no calibration step \"{}\"", step));
   }
   std::map<std::string, std::string> inputs;
-  for (const std::string_view need : known->needs) {
+  for (const std::string_view need : needed_and_borrowed(*known)) {
     const StepState state = state_of(archive, need, now);
     if (state != StepState::valid) {
       throw std::invalid_argument(fmt::format("{} needs {}, which is {}: take that step first",
                                               step, need, to_string(state)));
     }
-    inputs.emplace(need, result_sha256(*find_result(archive, need)));
+    inputs.emplace(need, taking_sha256(*find_result(archive, need)));
   }
   return inputs;
 }
@@ -254,8 +275,9 @@ std::vector<std::string> reasons_against(const CalibrationArchive& archive,
       since =
           fmt::format(" since {:%Y-%m-%d %H:%M} UTC", find_result(archive, step.name)->valid_until);
     }
-    reasons.push_back(fmt::format("{} is {}{}: gonio calibrate --only {}", step.name,
-                                  to_string(state), since, step.name));
+    // Not that step alone: what it needs may have to be taken first.
+    reasons.push_back(
+        fmt::format("{} is {}{}: gonio calibrate takes it", step.name, to_string(state), since));
   }
   return reasons;
 }

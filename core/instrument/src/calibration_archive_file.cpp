@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kArchiveFormat = "gonio-calibration-archive";
-constexpr int kArchiveVersion = 1;
+constexpr int kArchiveVersion = 2;
 constexpr std::size_t kMaxArchiveBytes = std::size_t{64} << 20U;
 constexpr std::int64_t kLastSecond = 253402300799;  // of the year 9999
 constexpr std::size_t kMaxParameters = 500;

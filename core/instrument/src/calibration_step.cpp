@@ -17,35 +17,51 @@ constexpr hours kRebuild = 365 * kDay;
 
 std::span<const CalibrationStep> calibration_steps() {
   static const std::vector<CalibrationStep> steps{
-      {"homing", "home marks and repeatability of the axes", {}, kDay},
-      {"backlash", "play of the axes", {"homing"}, kMonth},
-      {"settle_time", "how long the axes ring after a move", {"homing"}, kMonth},
-      {"warm_up", "the lamp's warm-up and drift", {}, kDay},
-      {"darks", "offset and dark current of every pixel", {}, kWeek},
-      {"linearity", "response curve and shutter offset", {"darks"}, kMonth},
+      {"homing", "home marks and repeatability of the axes", {}, {}, kDay},
+      // The play itself is in nothing: it is at most the overshoot of every move.
+      {"backlash", "play of the axes", {}, {"homing"}, kMonth},
+      {"settle_time", "how long the axes ring after a move", {}, {"homing"}, kMonth},
+      {"warm_up", "the lamp's warm-up and drift", {}, {}, kDay},
+      {"darks", "offset and dark current of every pixel", {}, {}, kWeek},
+      // Sweeps and pictures bring darks of their own: those of the week say which pixels to leave.
+      {"linearity", "response curve and shutter offset", {}, {"darks"}, kMonth},
       // After the curve: with the bend known, the gain needs no term of its own for it and is twice
       // as sure.
       {"photon_transfer",
        "gain, read noise, full well, PRNU, DSNU",
-       {"darks", "linearity"},
+       {"linearity"},
+       {"darks"},
        kMonth},
-      {"bad_pixels", "pixels that are not used", {"darks"}, kMonth},
-      {"intrinsics", "focal length, principal point, distortion", {"bad_pixels"}, kRebuild},
-      {"stage_axes", "the axes and the camera's pose", {"intrinsics", "backlash"}, kRebuild},
-      {"sample_plane", "plane and normal of a sample", {"stage_axes"}, kMonth},
-      {"lamp_arm", "the lamp's place over its arc", {"stage_axes", "sample_plane"}, kRebuild},
-      {"zero_offsets", "zeros of the axes from mirror peaks", {"lamp_arm"}, kMonth},
+      {"bad_pixels", "pixels that are not used", {}, {"darks"}, kMonth},
+      {"intrinsics", "focal length, principal point, distortion", {}, {"bad_pixels"}, kRebuild},
+      {"stage_axes", "the axes and the camera's pose", {"intrinsics"}, {"backlash"}, kRebuild},
+      // Looks at nothing: what the operator says of the datum.
+      {"sample_plane", "plane and normal of a sample", {"stage_axes"}, {}, kMonth},
+      {"lamp_arm",
+       "the lamp's place over its arc",
+       {"stage_axes"},
+       {"homing", "backlash"},
+       kRebuild},
+      {"zero_offsets",
+       "zeros of the axes from mirror peaks",
+       {"lamp_arm", "sample_plane"},
+       {"homing", "backlash"},
+       kMonth},
       {"flat_field",
        "the lamp's field and the lens' falloff",
-       {"linearity", "warm_up", "zero_offsets"},
+       {"linearity", "zero_offsets"},
+       {"warm_up"},
        kMonth},
-      {"stray_light", "light that comes by other ways", {"flat_field"}, kRebuild},
+      // Trap and chart keep the white's constants of their day: a lamp ages, what was seen in its
+      // light does not.
+      {"stray_light", "light that comes by other ways", {}, {"flat_field"}, kRebuild},
       {"white",
        "the instrument constant on the white reference",
-       {"flat_field", "stray_light"},
+       {"flat_field"},
+       {"stray_light", "warm_up"},
        kDay},
-      {"colour", "the colour matrix", {"white"}, kRebuild},
-      {"verification", "that all of it holds at other poses", {"white", "zero_offsets"}, kDay}};
+      {"colour", "the colour matrix", {}, {"white"}, kRebuild},
+      {"verification", "that all of it holds at other poses", {"white", "zero_offsets"}, {}, kDay}};
   return steps;
 }
 

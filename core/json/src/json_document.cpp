@@ -34,8 +34,10 @@ nlohmann::json parse_document(const std::string& text, const std::filesystem::pa
   }
   const int found_version = fields.integer("version");
   if (found_version != version) {
-    throw DataFormatError(place, "version",
-                          fmt::format("found {}, expected {}", found_version, version));
+    throw DataFormatError(
+        place, "version",
+        fmt::format("found {}, expected {}: written by {} version of gonio", found_version, version,
+                    found_version < version ? "an older" : "a newer"));
   }
   document.erase("format");
   document.erase("version");

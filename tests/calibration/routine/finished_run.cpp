@@ -1,6 +1,5 @@
 #include "finished_run.h"
 
-#include <chrono>
 #include <string>
 
 #include "hidden_bench.h"
@@ -10,11 +9,11 @@ namespace gonio::calibration::routine::test {
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
-constexpr instrument::UtcSeconds kNoon{std::chrono::seconds(1'700'000'000)};
 
-Routine routine_in(const Folder& folder, const RoutineSettings& settings) {
+Routine routine_in(const Folder& folder, const RoutineSettings& settings,
+                   instrument::UtcSeconds now = kCalibrated) {
   return Routine(HiddenBench::nominal(sim::HiddenImage::small), settings, folder,
-                 {{"camera", "sim"}}, [] { return kNoon; });
+                 {{"camera", "sim"}}, [now] { return now; });
 }
 
 FinishedRun run_in(const Folder& folder) {
@@ -41,10 +40,11 @@ sim::SimOptions another_day() {
   return world;
 }
 
-Routine reopened(const FinishedRun& run) {
-  RoutineSettings settings = HiddenBench::settings();
+Routine reopened(const FinishedRun& run) { return reopened(run.folder, kCalibrated); }
+
+Routine reopened(const Folder& folder, instrument::UtcSeconds now, RoutineSettings settings) {
   settings.white_frames = 1;
-  return routine_in(run.folder, settings);
+  return routine_in(folder, settings, now);
 }
 
 }  // namespace gonio::calibration::routine::test

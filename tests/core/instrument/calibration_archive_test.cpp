@@ -58,6 +58,7 @@ TEST(CalibrationSteps, NeedOnlyEarlierOnes) {
   std::set<std::string_view> earlier;
   for (const CalibrationStep& step : calibration_steps()) {
     for (const auto need : step.needs) EXPECT_TRUE(earlier.contains(need)) << step.name;
+    for (const auto lender : step.borrows) EXPECT_TRUE(earlier.contains(lender)) << step.name;
     EXPECT_TRUE(earlier.insert(step.name).second) << step.name;
     EXPECT_GT(step.valid.count(), 0);
   }
@@ -71,16 +72,33 @@ TEST(CalibrationArchive, WholeAndFreshItMayBeUsed) {
 
 TEST(CalibrationArchive, NewResultMakesAllThatRestOnItStale) {
   CalibrationArchive archive = whole();
-  record(archive, result_of(archive, "intrinsics", kNoon, 2.0));
+  record(archive, result_of(archive, "intrinsics", kNoon + std::chrono::hours(1), 2.0));
   for (const char* step : {"stage_axes", "sample_plane", "lamp_arm", "zero_offsets", "flat_field",
-                           "stray_light", "white", "colour", "verification"}) {
+                           "white", "verification"}) {
     EXPECT_EQ(state_of(archive, step, kNoon), StepState::stale) << step;
   }
-  for (const char* step : {"darks", "photon_transfer", "backlash", "intrinsics"}) {
+  // Trap and chart keep the white of their day.
+  for (const char* step :
+       {"darks", "photon_transfer", "backlash", "intrinsics", "stray_light", "colour"}) {
     EXPECT_EQ(state_of(archive, step, kNoon), StepState::valid) << step;
   }
   EXPECT_EQ(steps_to_take(archive, kNoon).front(), "stage_axes");
-  EXPECT_EQ(steps_to_take(archive, kNoon).size(), 9U);
+  EXPECT_EQ(steps_to_take(archive, kNoon).size(), 7U);
+  EXPECT_FALSE(is_whole(archive, kNoon));
+}
+
+TEST(CalibrationArchive, NumbersHadAgainFromWhatWasSeenMakeNothingStale) {
+  CalibrationArchive archive = whole();
+  record(archive, result_of(archive, "intrinsics", kNoon, 2.0));
+  EXPECT_THAT(steps_to_take(archive, kNoon), IsEmpty());
+}
+
+TEST(CalibrationArchive, WhatOnlyLendsASigmaMakesNothingStale) {
+  CalibrationArchive archive = whole();
+  const UtcSeconds tomorrow = kNoon + std::chrono::hours(25);
+  record(archive, result_of(archive, "homing", tomorrow));
+  EXPECT_THAT(steps_to_take(archive, tomorrow), ElementsAre("warm_up", "white", "verification"));
+  EXPECT_TRUE(is_whole(archive, tomorrow));
 }
 
 TEST(CalibrationArchive, TheSameResultAgainMakesNothingStale) {
@@ -95,17 +113,18 @@ TEST(CalibrationArchive, WhatHasExpiredIsTakenAgainWithWhatRestsOnIt) {
   const UtcSeconds in_two_days = kNoon + std::chrono::hours(48);
   EXPECT_EQ(state_of(archive, "white", in_two_days), StepState::expired);
   EXPECT_EQ(state_of(archive, "darks", in_two_days), StepState::valid);
-  EXPECT_THAT(steps_to_take(archive, in_two_days), testing::Contains("colour"));  // on the white
+  EXPECT_THAT(steps_to_take(archive, in_two_days),
+              ElementsAre("homing", "warm_up", "white", "verification"));
   EXPECT_THAT(reasons_against(archive, use_at(in_two_days)),
               testing::Contains(HasSubstr("white is expired since 2027-01-16 08:00 UTC: gonio "
-                                          "calibrate --only white")));
+                                          "calibrate takes it")));
 }
 
 TEST(CalibrationArchive, NothingIsMeasuredOnGroundThatDoesNotHold) {
   CalibrationArchive archive;
   archive.rig_sha256 = std::string(64, '0');
   EXPECT_THAT(
-      [&] { inputs_of(archive, "photon_transfer", kNoon); },
+      [&] { inputs_of(archive, "bad_pixels", kNoon); },
       testing::ThrowsMessage<std::invalid_argument>(HasSubstr("needs darks, which is missing")));
   EXPECT_THROW(state_of(archive, "darkness", kNoon), std::invalid_argument);
 }
@@ -211,7 +230,7 @@ TEST(CalibrationArchiveFile, NamesTheBadPlace) {
         << from << " -> " << to;
   };
   refused("gonio-calibration-archive", "gonio-calibration", "format");
-  refused("\"version\": 1", "\"version\": 2", "version");
+  refused("\"version\": 2", "\"version\": 1", "an older version");
   refused("\"temperature_deg_c\": 22.5", "\"temperature_deg_c\": \"warm\"", "temperature_deg_c");
   refused("\"camera\": \"22001122\"", "\"camera\": 22001122", "serials.camera");
   refused("\"step\": \"homing\"", "\"step\": \"darks\"", "found twice");

@@ -34,7 +34,7 @@ struct StepResult {
   std::string step;  ///< name of a CalibrationStep
   UtcSeconds finished{};
   UtcSeconds valid_until{};
-  std::map<std::string, std::string> inputs;  ///< step -> sha256 of the result that was used
+  std::map<std::string, std::string> inputs;  ///< step -> taking_sha256() of the result it used
   std::vector<CalibrationParameter> parameters;
   Eigen::MatrixXd covariance;               ///< of the parameters, in their order and units
   std::map<std::string, double> residuals;  ///< named statistics: "reprojection_rms_px"
@@ -53,8 +53,8 @@ struct StepResult {
 struct CalibrationArchive {
   std::string rig_sha256;    ///< rig_sha256() of the nominal instrument
   std::string white_sha256;  ///< white_sha256() of the certificate the white was seen with
-  /// Of the file of constants (calibration_file.h) that the results came to; empty until all steps
-  /// have one.
+  /// Of the file of constants (calibration_file.h) that the results came to; empty while a step is
+  /// missing or stale.
   std::string instrument_sha256;
   std::map<std::string, std::string> serials;  ///< device -> serial number or identity
   std::optional<double> temperature_deg_c;
@@ -80,21 +80,27 @@ std::string rig_sha256(const Instrument& nominal);
 /// Of a white and its certificate, as rig_sha256().
 std::string white_sha256(const WhiteReference& white);
 
-/// Of a result with all its numbers.
-std::string result_sha256(const StepResult& result);
+/// Of what was seen and when, not of the numbers it came to: those are had again with what other
+/// steps find later.
+std::string taking_sha256(const StepResult& result);
 
 /// Null when the step has no result.
 const StepResult* find_result(const CalibrationArchive& archive, std::string_view step);
 
-/// A result is stale as soon as one it was made from is another, missing, or stale itself: nothing
-/// needs to be marked. Throws std::invalid_argument for a step that is none.
+/// A result is stale as soon as one that it needs was taken anew, is missing or stale itself:
+/// nothing needs to be marked. One it borrows from makes nothing stale. Throws
+/// std::invalid_argument for a step that is none.
 StepState state_of(const CalibrationArchive& archive, std::string_view step, UtcSeconds now);
+
+/// Every step has a result that is not stale. One that has expired is known, but not for a new
+/// session.
+bool is_whole(const CalibrationArchive& archive, UtcSeconds now);
 
 /// Steps that have to be repeated, in order.
 std::vector<std::string> steps_to_take(const CalibrationArchive& archive, UtcSeconds now);
 
 /// The hashes a new result of `step` has to name. Throws std::invalid_argument when one of the
-/// steps it needs has no valid result: which, and why.
+/// steps it needs or borrows from has no valid result: which, and why.
 std::map<std::string, std::string> inputs_of(const CalibrationArchive& archive,
                                              std::string_view step, UtcSeconds now);
 

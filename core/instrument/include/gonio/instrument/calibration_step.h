@@ -9,10 +9,15 @@ namespace gonio::instrument {
 
 /// One step of the calibration routine, as data.
 struct CalibrationStep {
-  std::string_view name;                ///< as in files and on the command line: "photon_transfer"
-  std::string_view finds;               ///< what it measures, one phrase
-  std::vector<std::string_view> needs;  ///< steps whose results it uses, all of them earlier
-  std::chrono::hours valid;             ///< after that it has to be repeated
+  std::string_view name;   ///< as in files and on the command line: "photon_transfer"
+  std::string_view finds;  ///< what it measures, one phrase
+  /// Earlier steps whose values are in what it sees: once they are taken anew, so must it be.
+  std::vector<std::string_view> needs;
+  /// Earlier steps that have to stand when it is taken and lend it a sigma, a list of pixels or a
+  /// state of axes and lamp: with theirs anew, what it saw is evaluated again and holds as long as
+  /// before.
+  std::vector<std::string_view> borrows;
+  std::chrono::hours valid;  ///< after that it has to be repeated
 };
 
 /// All steps in the order in which they are taken.

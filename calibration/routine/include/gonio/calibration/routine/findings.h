@@ -62,7 +62,8 @@ struct Findings {
 /// made it from what and when is the caller's. A pure function: the same observations always give
 /// the same result. Checks may have failed.
 ///
-/// Errors   StepRefused as the fits; std::invalid_argument for a step that is none.
+/// Errors   StepRefused as the fits; std::invalid_argument for a step that is none, or one it needs
+///          of which nothing was found.
 instrument::StepResult evaluate(const std::string& step, const Observations& observations,
                                 const instrument::Instrument& nominal,
                                 const RoutineSettings& settings, Findings& findings);

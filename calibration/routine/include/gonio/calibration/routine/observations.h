@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -64,6 +65,9 @@ struct Observations {
   std::vector<PeakScan> scans;
   std::vector<WhiteView> whites;  ///< also of the trap and the chart
   std::vector<RatioCheck> ratios;
+  /// The white's, per channel, when trap or chart were looked at: what they sent is compared with a
+  /// white in the light of that day.
+  std::optional<std::array<double, 3>> constant;
   /// What was looked for and not found, a line each. Never stored: such a step does not pass.
   std::vector<std::string> unseen;
 };

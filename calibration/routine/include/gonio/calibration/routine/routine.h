@@ -7,6 +7,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "gonio/acquisition/session.h"
 #include "gonio/calibration/routine/findings.h"
@@ -25,7 +26,7 @@ struct Progress {
 /// Names and files of one calibration folder.
 ///
 ///   calibration.json   the archive (instrument::CalibrationArchive)
-///   instrument.json    the constants sessions use, once every step they need has passed
+///   instrument.json    the constants sessions use; there is none while a step is missing or stale
 ///   raw/STEP-HASH.json what the step saw (Observations), by the first digits of its SHA-256
 struct Folder {
   std::filesystem::path path;
@@ -43,9 +44,11 @@ Observations read_observations(const instrument::StepResult& result, const Folde
 
 /// Takes calibration steps one by one, and keeps what they find.
 ///
-/// State    A folder that exists is gone on with: results that are valid are read and evaluated
-///          again from what their steps saw, in seconds. A step that is refused or stopped leaves
-///          folder and findings as they were.
+/// State    A folder that exists is gone on with: results that are not stale are read and evaluated
+///          again from what their steps saw, in seconds; those that have expired are known, if not
+///          for a new session. Constants that are not the archive's, as a kill between two writes
+///          leaves them, are written again. A step that is refused or stopped leaves folder and
+///          findings as they were.
 /// Threads  One; a stop request from any thread stops the axes at once.
 class Routine {
  public:
@@ -63,7 +66,8 @@ class Routine {
   instrument::Instrument instrument() const;
 
   /// Takes one step: mounts its target, looks, evaluates, stores. Homes the axes first unless
-  /// they were homed by this object.
+  /// they were homed by this object. What later steps that borrow from it saw is evaluated again;
+  /// one that no longer passes is given up, and the result's notes say so.
   /// Throws StepRefused: not good enough, saying what to do; nothing was stored.
   /// std::invalid_argument: no such step, or one it needs has no valid result.
   /// devices::DeviceError, acquisition::PreflightError as the devices.
@@ -76,8 +80,16 @@ class Routine {
 
  private:
   void read();
-  void store(const std::string& step, const Observations& observations,
-             instrument::StepResult result, Findings findings);
+  /// Later results with what `taken` has come to by now, in archive and findings.
+  void evaluate_borrowers(const std::string& taken, instrument::CalibrationArchive& archive,
+                          Findings& findings, std::vector<std::string>& notes) const;
+  void store(const std::filesystem::path& raw, const std::string& text,
+             instrument::CalibrationArchive archive, Findings findings);
+  /// Empty while a step is missing or stale.
+  std::string constants_of(const instrument::CalibrationArchive& archive,
+                           const Findings& findings) const;
+  void write_constants(const std::string& constants) const;  ///< empty: there are none
+  void mend_constants();
 
   instrument::Instrument nominal_;
   RoutineSettings settings_;

@@ -1,0 +1,159 @@
+// A calibration on the days after it was made: what has to be taken again, and what its constants
+// then are.
+
+#include <gmock/gmock.h>
+
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "finished_run.h"
+#include "gonio/files/sha256.h"
+#include "hidden_bench.h"
+#include "temporary_folder.h"
+
+namespace gonio::calibration::routine {
+namespace {
+
+using instrument::StepState;
+using std::chrono::hours;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+constexpr hours kDay{24};
+
+class AnotherDay : public ::testing::Test {
+ protected:
+  AnotherDay() : folder_{temporary_.path() / "cal"} {
+    std::filesystem::copy(test::finished_run().folder.path, folder_.path,
+                          std::filesystem::copy_options::recursive);
+  }
+
+  /// So many days and an hour after the calibration.
+  static instrument::UtcSeconds day(int number) {
+    return test::kCalibrated + (number - 1) * kDay + hours(1);
+  }
+
+  Routine opened(int on_day) const { return test::reopened(folder_, day(on_day)); }
+
+  /// Takes what has to be taken, as `gonio calibrate` does, and says what it was.
+  std::vector<std::string> taken_on(int number, const sim::SimOptions& world) {
+    test::HiddenBench bench(world);
+    Routine routine = opened(number);
+    std::vector<std::string> taken;
+    for (;;) {
+      const auto open = instrument::steps_to_take(routine.archive(), day(number));
+      if (open.empty() || taken.size() > instrument::calibration_steps().size()) return taken;
+      routine.take(open.front(), bench.devices, {}, {});
+      taken.push_back(open.front());
+    }
+  }
+
+  std::vector<std::string> open_on(int number) const {
+    return instrument::steps_to_take(opened(number).archive(), day(number));
+  }
+
+  void expect_constants_of_the_archive(int on_day) const {
+    const Routine routine = opened(on_day);
+    ASSERT_FALSE(routine.archive().instrument_sha256.empty());
+    EXPECT_EQ(files::sha256_of_file(folder_.instrument()), routine.archive().instrument_sha256);
+  }
+
+  TemporaryFolder temporary_;
+  Folder folder_;
+};
+
+TEST_F(AnotherDay, WhatHasExpiredIsStillKnown) {
+  for (const int number : {2, 8, 31}) {
+    const Routine routine = opened(number);
+    EXPECT_EQ(routine.state_of("white"), StepState::expired) << number;
+    EXPECT_EQ(routine.state_of("colour"), StepState::valid) << number;
+    EXPECT_TRUE(routine.findings().white && routine.findings().colour && routine.findings().fields)
+        << number;
+  }
+}
+
+TEST_F(AnotherDay, TheTableOfTheManualIsTrue) {
+  const sim::SimOptions world = test::another_day();
+  EXPECT_THAT(open_on(1), IsEmpty());
+  EXPECT_THAT(taken_on(2, world), ElementsAre("homing", "warm_up", "white", "verification"));
+  expect_constants_of_the_archive(2);
+  EXPECT_THAT(taken_on(8, world),
+              ElementsAre("homing", "warm_up", "darks", "white", "verification"));
+  expect_constants_of_the_archive(8);
+  EXPECT_THAT(taken_on(31, world),
+              ElementsAre("homing", "backlash", "settle_time", "warm_up", "darks", "linearity",
+                          "photon_transfer", "bad_pixels", "sample_plane", "zero_offsets",
+                          "flat_field", "white", "verification"));
+  expect_constants_of_the_archive(31);
+  EXPECT_THAT(open_on(31), IsEmpty());
+}
+
+TEST_F(AnotherDay, AHomingThatScattersMoreReachesAllThatItsSigmaIsIn) {
+  sim::SimOptions world = test::another_day();
+  for (auto& axis : world.axes) axis.homing_sigma = Angle::from_degrees(0.004);
+  const Routine before = opened(2);
+  test::HiddenBench bench(world);
+  Routine routine = opened(2);
+  routine.take("homing", bench.devices, {}, {});
+
+  const auto variance = [](const Routine& of) { return of.findings().zeros->covariance(0, 0); };
+  const auto stored = [](const Routine& of) {
+    return instrument::find_result(of.archive(), "zero_offsets")->covariance(0, 0);
+  };
+  const double scatter_rad = routine.findings().homing.begin()->second.value.radians();
+  EXPECT_GT(variance(routine), variance(before) + 0.3 * scatter_rad * scatter_rad);
+  EXPECT_GT(stored(routine), stored(before));
+  EXPECT_GT(routine.instrument().u_normal.degrees(), 0.0035);
+  EXPECT_EQ(routine.state_of("zero_offsets"), StepState::valid);
+  const Routine again = opened(2);
+  EXPECT_EQ(variance(again), variance(routine));
+  EXPECT_EQ(stored(again), stored(routine));
+}
+
+TEST_F(AnotherDay, ConstantsAreTheArchivesOrNotThere) {
+  // As a kill between the writes leaves them.
+  std::ofstream(folder_.instrument()) << "of another calibration";
+  expect_constants_of_the_archive(1);
+  std::filesystem::remove(folder_.instrument());
+  expect_constants_of_the_archive(1);
+  test::HiddenBench bench(test::another_day());
+  Routine routine = opened(1);
+  routine.take("linearity", bench.devices, {}, {});
+  EXPECT_EQ(routine.state_of("flat_field"), StepState::stale);
+  EXPECT_EQ(routine.archive().instrument_sha256, "");
+  EXPECT_FALSE(std::filesystem::exists(folder_.instrument()));
+  std::ofstream(folder_.instrument()) << "of another calibration";
+  opened(1);
+  EXPECT_FALSE(std::filesystem::exists(folder_.instrument()));
+}
+
+TEST_F(AnotherDay, WhatDoesNotPassWithOtherSettingsIsToBeTakenAgainAndTheFileKeepsIt) {
+  RoutineSettings settings = test::HiddenBench::settings();
+  settings.chart.linear_srgb.pop_back();
+  const Routine routine = test::reopened(folder_, day(1), settings);
+  EXPECT_EQ(routine.state_of("colour"), StepState::missing);
+  EXPECT_EQ(routine.state_of("verification"), StepState::valid);
+  EXPECT_THAT(open_on(1), IsEmpty());
+}
+
+TEST_F(AnotherDay, AnArchiveWhoseStepRestsOnNothingIsRefused) {
+  instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder_.archive());
+  std::erase_if(archive.results, [](const auto& result) { return result.step == "intrinsics"; });
+  instrument::write_calibration_archive(folder_.archive(), archive);
+  const Routine routine = opened(1);  // all that needs it is stale
+  EXPECT_EQ(routine.state_of("stage_axes"), StepState::stale);
+  Findings findings;
+  const Observations nothing;
+  EXPECT_THAT(
+      [&] {
+        evaluate("stage_axes", nothing, test::HiddenBench::nominal(sim::HiddenImage::small),
+                 routine.settings(), findings);
+      },
+      testing::ThrowsMessage<std::invalid_argument>(testing::HasSubstr("found nothing of "
+                                                                       "intrinsics")));
+}
+
+}  // namespace
+}  // namespace gonio::calibration::routine
