@@ -194,5 +194,60 @@ TEST_F(Calibrate, AMatteSampleIsAlignedByItsSeat) {
        "builtin:grey-abs", "--dry-run", "--accept-calibration"});
 }
 
+TEST_F(Calibrate, ASeatIsGivenWithItsSigmaOrNotAtAll) {
+  const auto refused = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> align{"align", "rig.toml", "--out", "a.json"};
+    align.insert(align.end(), more.begin(), more.end());
+    return run(align, 2).error;
+  };
+  EXPECT_THAT(refused({"--seat-sigma", "0"}), HasSubstr("--seat-sigma"));
+  EXPECT_THAT(refused({"--seat-sigma", "0.1", "--material", "builtin:gold-satin"}),
+              HasSubstr("--seat-sigma: nothing is looked at"));
+  EXPECT_THAT(refused({"--seat-sigma", "0.1", "--seed", "2"}),
+              HasSubstr("--seat-sigma: nothing is looked at"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.json"));
+}
+
+TEST_F(Calibrate, AnAlignmentOfAnotherSampleOrOfLongAgoIsRefused) {
+  run({"align", "rig.toml", "--out", "a.json", "--seat-sigma", "0.1", "--sample-id", "A17"});
+  std::vector<std::string> measure{"measure",    "rig.toml",         "--plan",      "list.csv",
+                                   "--out",      "session",          "--alignment", "a.json",
+                                   "--material", "builtin:grey-abs", "--sample-id"};
+  const auto of = [&](const std::string& sample, std::vector<std::string> more = {}) {
+    std::vector<std::string> arguments = measure;
+    arguments.push_back(sample);
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return arguments;
+  };
+  EXPECT_THAT(run(of("A18"), 2).error, HasSubstr("found one of sample \"A17\", expected \"A18\""));
+  run(of("A17", {"--dry-run"}));
+  auto document = nlohmann::json::parse(files::read_text_file(folder.path() / "a.json", kEnough));
+  document["found_utc_s"] = 1'700'000'000;
+  folder.write("a.json", document.dump());
+  EXPECT_THAT(run(of("A17"), 2).error, HasSubstr("is of 2023-11-14 22:13 UTC"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "session"));
+  run(of("A18", {"--accept-unaligned"}));
+  const auto status = nlohmann::json::parse(run({"status", "session", "--json"}).out);
+  EXPECT_THAT(status["metadata"]["alignment_accepted_despite"].get<std::string>(),
+              testing::AllOf(HasSubstr("A17"), HasSubstr("2023-11-14")));
+  EXPECT_EQ(status["metadata"]["alignment_found_utc"], "2023-11-14T22:13:20Z");
+}
+
+TEST_F(Calibrate, ASampleIsAlignedOnACalibrationThatASessionWouldTake) {
+  run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks"});
+  run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:grey-abs", "--out",
+       "before"});
+  const acquisition::SessionReader session(folder.path() / "before");
+  folder.write("cal/instrument.json", session.configuration().at("calibration.json"));
+  for (const char* calibration : {"cal", "cal/instrument.json"}) {
+    std::vector<std::string> align{"align", "rig.toml", "--calibration", calibration,
+                                   "--out", "a.json",   "--seat-sigma",  "0.1"};
+    EXPECT_THAT(run(align, 2).error, HasSubstr("homing is missing")) << calibration;
+    EXPECT_FALSE(std::filesystem::exists(folder.path() / "a.json"));
+  }
+  run({"align", "rig.toml", "--calibration", "cal", "--out", "a.json", "--seat-sigma", "0.1",
+       "--accept-calibration"});
+}
+
 }  // namespace
 }  // namespace gonio

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "calibration_setup.h"
 #include "command.h"
 #include "find_alignment.h"
 #include "gonio/calibration/result/step_refused.h"
@@ -9,6 +10,7 @@
 #include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
 #include "materials_input.h"
+#include "session_calibration.h"
 
 namespace gonio::cli {
 namespace {
@@ -19,8 +21,9 @@ struct AlignOptions {
   std::string out;
   std::string material;
   std::string sample;
-  double seat_sigma_deg = 0.0;
+  std::optional<double> seat_sigma_deg;
   std::optional<std::uint64_t> seed;
+  bool accept_calibration = false;
   bool force = false;
 };
 
@@ -43,8 +46,18 @@ std::unique_ptr<OpenedRig> open_with_sample(const Context& context, const RigFil
       simulated_world(rig, load_sample(named_material(material)).model, options.seed.value_or(1)));
 }
 
+void refuse_for_seat(const AlignOptions& options) {
+  if (options.material.empty() && !options.seed) return;
+  throw UsageError(
+      fmt::format("--seat-sigma: nothing is looked at, {} says nothing then",
+                  options.material.empty() ? "--seed" : "--material"),
+      "leave one of them out: a glossy sample is aligned by its highlight, a matte one by its "
+      "seat");
+}
+
 int align(Context& context, const AlignOptions& options) {
   const Console& console = context.console;
+  if (options.seat_sigma_deg) refuse_for_seat(options);
   files::require_creatable(options.out, overwrite(options.force));
   const KnownRig known = known_rig(options.rig, options.calibration);
   if (calibration_place(known.file, options.calibration).empty()) {
@@ -54,11 +67,20 @@ int align(Context& context, const AlignOptions& options) {
   }
   const AlignmentRig rig{known.file, known.constants,
                          !calibration_place(known.file, options.calibration).empty()};
+  // As a session would ask, which takes its constants from there: before anything is opened, and
+  // with the devices that are there.
+  std::optional<SessionCalibration> used = session_calibration(known.file, options.calibration);
+  const auto require_usable = [&] {
+    if (used && !options.accept_calibration) used->require_usable();
+  };
+  require_usable();
   instrument::Alignment alignment;
-  if (options.seat_sigma_deg > 0.0) {
-    alignment = alignment_by_seat(rig, Angle::from_degrees(options.seat_sigma_deg));
+  if (options.seat_sigma_deg) {
+    alignment = alignment_by_seat(rig, Angle::from_degrees(*options.seat_sigma_deg));
   } else {
     const auto opened = open_with_sample(context, known.file, options);
+    if (used) used->use.serials = serials_of(*opened);
+    require_usable();
     try {
       alignment = alignment_by_highlight(console, rig, *opened, context.stop);
     } catch (const calibration::StepRefused& refused) {
@@ -87,16 +109,19 @@ void add_align(const Command& root) {
       root.add("align", "Find how the mounted sample lies, from its own highlight",
                "gonio align rig.toml --calibration calibration --out alignment.json");
   command.text("RIG", options->rig, "Rig file", Need::required);
-  command.text("--calibration", options->calibration, "Instrument constants of the rig");
+  command.text("--calibration", options->calibration,
+               "Calibration of the rig: a folder or constants");
   command.text("--out", options->out, "Alignment to write (JSON), for measure --alignment",
                Need::required);
   command.label("--sample-id", options->sample, "Stored with the alignment");
-  command.number("--seat-sigma", options->seat_sigma_deg, 0.0, 5.0,
-                 "Of a matte sample that lies on the datum: how far its normal may lean, deg; "
-                 "nothing is looked at");
+  command.positive("--seat-sigma", options->seat_sigma_deg, 5.0,
+                   "Of a matte sample that lies on the datum: how far its normal may lean, deg; "
+                   "nothing is looked at");
   command.text("--material", options->material,
                "What lies on a simulated rig: a material file or builtin:NAME");
   command.seed(options->seed, "Of the simulated world (default 1)");
+  command.flag("--accept-calibration", options->accept_calibration,
+               "Go on with a calibration that would be refused");
   command.force(options->force);
   command.on_call(options, align);
 }

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <optional>
 
+#include "calibration_run.h"
 #include "command.h"
 #include "directions_input.h"
 #include "gonio/brdf/diffuse_models.h"
@@ -94,8 +96,21 @@ void align_sample(SessionSetup& session, const MeasureOptions& options) {
                                  options.alignment, alignment.instrument_sha256, sha256),
                      "align again, or --accept-calibration to use it all the same");
   }
+  const std::string despite = fmt::format(
+      "{}",
+      fmt::join(instrument::reasons_against(alignment, options.labels.sample_id, now_utc()), "; "));
+  if (!despite.empty() && !options.accept_unaligned) {
+    throw UsageError(options.alignment + ": " + despite,
+                     "align again; --accept-unaligned goes on all the same, and the session says "
+                     "so");
+  }
+  const Angle as_mounted = nominal_instrument(session.rig).u_normal;
   session.instrument = instrument::aligned(session.instrument, alignment);
   session.alignment = alignment_metadata(alignment);
+  if (!despite.empty()) {
+    session.instrument.u_normal = std::max(session.instrument.u_normal, as_mounted);
+    session.alignment["alignment_accepted_despite"] = despite;
+  }
 }
 
 int measure(Context& context, const MeasureOptions& options) {
@@ -187,7 +202,8 @@ void add_measure(const Command& root) {
   command.flag("--accept-calibration", options->accept_calibration,
                "Go on with a calibration or alignment that would be refused");
   command.flag("--accept-unaligned", options->accept_unaligned,
-               "With a calibration folder: go on without knowing how the sample lies");
+               "Go on without knowing how the sample lies, or with an alignment that is old or "
+               "another sample's");
   command.text("--material", options->material,
                "What lies on a simulated rig: a material file or builtin:NAME");
   command.label("--sample-id", options->labels.sample_id, "Stored with the session");

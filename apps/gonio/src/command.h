@@ -65,6 +65,9 @@ class Command {
                 const std::string& help) const;
   void number(const std::string& name, double& value, double min, double max,
               const std::string& help, Need need = Need::optional) const;
+  /// Empty unless it was given; more than zero.
+  void positive(const std::string& name, std::optional<double>& value, double max,
+                const std::string& help) const;
   /// One or several, separated by commas.
   void numbers(const std::string& name, std::vector<double>& values, const std::string& help) const;
   void seed(std::uint64_t& value, const std::string& help) const;

@@ -165,6 +165,14 @@ void Command::number(const std::string& name, double& value, double min, double 
        value != 0.0);
 }
 
+void Command::positive(const std::string& name, std::optional<double>& value, double max,
+                       const std::string& help) const {
+  mark(app_->add_option(name, value, help)
+           ->check(is_number())
+           ->check(CLI::Range(std::numeric_limits<double>::min(), max, "more than 0")),
+       Need::optional, false);
+}
+
 void Command::numbers(const std::string& name, std::vector<double>& values,
                       const std::string& help) const {
   app_->add_option(name, values, help)->delimiter(',')->check(is_number());

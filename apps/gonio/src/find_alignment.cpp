@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "calibration_run.h"
 #include "calibration_setup.h"
 #include "gonio/calibration/routine/sample_alignment.h"
 #include "gonio/files/sha256.h"
@@ -14,6 +15,7 @@ instrument::Alignment alignment_on(const AlignmentRig& rig, std::string method,
                                    const Eigen::Matrix2d& covariance) {
   instrument::Alignment alignment;
   alignment.method = std::move(method);
+  alignment.found = now_utc();
   alignment.instrument_sha256 = files::sha256_of_bytes(instrument::to_json(rig.constants));
   alignment.covariance = covariance;
   if (rig.calibrated) {

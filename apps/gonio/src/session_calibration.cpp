@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
 #include "gonio/setup/simulated_rig.h"
 
@@ -35,6 +36,14 @@ std::vector<std::string> SessionCalibration::reasons() const {
   std::vector<std::string> all = instrument::reasons_against(archive, use);
   if (changed) all.push_back(*changed);
   return all;
+}
+
+void SessionCalibration::require_usable() const {
+  const std::vector<std::string> against = reasons();
+  if (against.empty()) return;
+  throw UsageError(fmt::format("calibration: {}", fmt::join(against, "; ")),
+                   "gonio calibrate takes the steps again; --accept-calibration goes on all the "
+                   "same");
 }
 
 std::string SessionCalibration::text() const { return calibration_text(metadata); }

@@ -23,6 +23,8 @@ struct SessionCalibration {
   /// Why the session should not: expired, stale, incomplete, of another rig or devices; one line
   /// each.
   std::vector<std::string> reasons() const;
+  /// Throws UsageError with the reasons, if there are any.
+  void require_usable() const;
   /// One line for a person, as calibration_text().
   std::string text() const;
 };

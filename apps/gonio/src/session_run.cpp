@@ -66,18 +66,8 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
   return metadata;
 }
 
-/// Throws UsageError for a calibration that should not be used and was not accepted.
-void require_calibration(const SessionSetup& session) {
-  if (!session.calibration || session.accept_calibration) return;
-  const std::vector<std::string> reasons = session.calibration->reasons();
-  if (reasons.empty()) return;
-  throw UsageError(fmt::format("calibration: {}", fmt::join(reasons, "; ")),
-                   "gonio calibrate takes the steps again; --accept-calibration goes on all the "
-                   "same, and the session says so");
-}
-
 void check(const acquisition::DeviceSet& devices, const SessionSetup& session) {
-  require_calibration(session);
+  if (session.calibration && !session.accept_calibration) session.calibration->require_usable();
   try {
     acquisition::check_before_motion(devices, session.instrument, session.plan,
                                      session.rig.session);
@@ -103,6 +93,7 @@ acquisition::DeviceSet with_changer(acquisition::DeviceSet devices, const Sessio
 acquisition::SessionMetadata alignment_metadata(const instrument::Alignment& alignment) {
   return {{"alignment", alignment.method},
           {"alignment_sample", alignment.sample},
+          {"alignment_found_utc", fmt::format("{:%FT%TZ}", alignment.found)},
           {"alignment_tilt_x_deg", fmt::format("{:.5f}", alignment.tilt_x.degrees())},
           {"alignment_tilt_y_deg", fmt::format("{:.5f}", alignment.tilt_y.degrees())}};
 }

@@ -1,9 +1,11 @@
 #include "gonio/instrument/alignment.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
 
 #include "gonio/files/text_file.h"
@@ -14,7 +16,8 @@ namespace gonio::instrument {
 namespace {
 
 constexpr const char* kAlignmentFormat = "gonio-alignment";
-constexpr int kAlignmentVersion = 1;
+constexpr int kAlignmentVersion = 2;
+constexpr std::int64_t kLastFound_s = 253402300799;  // of the year 9999
 constexpr double kMaxTilt_deg = 20.0;
 // No sample is known better, and one known worse is not aligned.
 constexpr Angle kLeastSigma = Angle::from_degrees(1e-5);
@@ -50,6 +53,22 @@ void Alignment::validate() const {
                     "instrument_sha256: expected 64 hexadecimal digits");
 }
 
+std::vector<std::string> reasons_against(const Alignment& alignment, const std::string& sample,
+                                         std::chrono::sys_seconds now) {
+  std::vector<std::string> reasons;
+  if (!sample.empty() && !alignment.sample.empty() && sample != alignment.sample) {
+    reasons.push_back(fmt::format("alignment: found one of sample \"{}\", expected \"{}\"",
+                                  alignment.sample, sample));
+  }
+  if (now > alignment.found + kAlignmentHolds) {
+    reasons.push_back(
+        fmt::format("alignment: is of {:%Y-%m-%d %H:%M} UTC, expected one of the "
+                    "last {} hours",
+                    alignment.found, kAlignmentHolds.count()));
+  }
+  return reasons;
+}
+
 Instrument aligned(const Instrument& instrument, const Alignment& alignment) {
   alignment.validate();
   Instrument result = instrument;
@@ -70,6 +89,7 @@ std::string to_json(const Alignment& alignment) {
       {"covariance_rad2", {c(0, 0), c(0, 1), c(1, 0), c(1, 1)}},
       {"method", alignment.method},
       {"sample", alignment.sample},
+      {"found_utc_s", alignment.found.time_since_epoch().count()},
       {"instrument_sha256", alignment.instrument_sha256}};
   return document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
@@ -86,6 +106,8 @@ Alignment alignment_from_json(const std::string& text, const std::filesystem::pa
   alignment.covariance << covariance[0], covariance[1], covariance[2], covariance[3];
   alignment.method = fields.text("method");
   alignment.sample = fields.text("sample");
+  alignment.found =
+      std::chrono::sys_seconds(std::chrono::seconds(fields.whole("found_utc_s", 0, kLastFound_s)));
   alignment.instrument_sha256 = fields.text("instrument_sha256");
   fields.finish();
   try {

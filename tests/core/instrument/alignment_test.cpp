@@ -15,6 +15,8 @@ namespace {
 using testing::HasSubstr;
 using testing::ThrowsMessage;
 
+constexpr std::chrono::sys_seconds kFound{std::chrono::seconds(1'800'000'000)};
+
 Alignment example() {
   Alignment alignment;
   alignment.tilt_x = Angle::from_degrees(0.3);
@@ -23,6 +25,7 @@ Alignment example() {
   alignment.method = "highlight";
   alignment.sample = "A17";
   alignment.instrument_sha256 = std::string(64, 'a');
+  alignment.found = kFound;
   return alignment;
 }
 
@@ -36,8 +39,30 @@ TEST(Alignment, ReadsBackAsItWasWritten) {
   EXPECT_EQ(read.covariance, example().covariance);
   EXPECT_EQ(read.method, "highlight");
   EXPECT_EQ(read.sample, "A17");
+  EXPECT_EQ(read.found, kFound);
   EXPECT_EQ(read.instrument_sha256, example().instrument_sha256);
   EXPECT_THROW(write_alignment(file, example()), FileError);
+}
+
+TEST(Alignment, OneOfAnOlderVersionIsRefusedAsSuch) {
+  std::string text = to_json(example());
+  const std::string version = "\"version\": 2";
+  text.replace(text.find(version), version.size(), "\"version\": 1");
+  EXPECT_THAT([&] { alignment_from_json(text, "a.json"); },
+              ThrowsMessage<DataFormatError>(HasSubstr("an older version of gonio")));
+}
+
+TEST(Alignment, HoldsForItsSampleForADay) {
+  using std::chrono::hours;
+  EXPECT_THAT(reasons_against(example(), "A17", kFound + hours(24)), testing::IsEmpty());
+  EXPECT_THAT(reasons_against(example(), "", kFound), testing::IsEmpty());
+  EXPECT_THAT(reasons_against(example(), "A18", kFound),
+              testing::ElementsAre(HasSubstr("found one of sample \"A17\", expected \"A18\"")));
+  EXPECT_THAT(reasons_against(example(), "A17", kFound + hours(25)),
+              testing::ElementsAre(HasSubstr("is of 2027-01-15 08:00 UTC")));
+  Alignment unnamed = example();
+  unnamed.sample.clear();
+  EXPECT_THAT(reasons_against(unnamed, "A18", kFound), testing::IsEmpty());
 }
 
 TEST(Alignment, TurnsTheSamplesNormal) {

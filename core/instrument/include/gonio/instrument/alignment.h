@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <chrono>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "gonio/files/atomic_file.h"
 #include "gonio/instrument/instrument.h"
@@ -17,14 +19,24 @@ struct Alignment {
   Angle tilt_y;
   /// Of (tilt_x, tilt_y), rad^2, with what the rig's own normal is uncertain by.
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  std::string method;             ///< "highlight" or "seat"
-  std::string sample;             ///< free text, no newline
-  std::string instrument_sha256;  ///< of the constants it was made with: to_json(Instrument)
+  std::string method;                ///< "highlight" or "seat"
+  std::string sample;                ///< its id, one line; empty: not said
+  std::string instrument_sha256;     ///< of the constants it was made with: to_json(Instrument)
+  std::chrono::sys_seconds found{};  ///< when, UTC
 
   /// Throws std::invalid_argument naming the field: an angle beyond 20 deg, a covariance that is
   /// none or of sigmas outside 1e-5 to 10 deg, another method, a checksum that is none.
   void validate() const;
 };
+
+/// Longer than that nobody trusts a sample to lie as it did: what presses on it creeps, and the
+/// axes are homed every day.
+constexpr std::chrono::hours kAlignmentHolds{24};
+
+/// Why a session of `sample` (empty: not said) should not use the alignment, one line each: another
+/// sample's, or too old. Empty when it may.
+std::vector<std::string> reasons_against(const Alignment& alignment, const std::string& sample,
+                                         std::chrono::sys_seconds now);
 
 /// The instrument with the sample's frame on its true normal, and what is left uncertain of it.
 /// The rotation is about the origin of the sample's frame.
