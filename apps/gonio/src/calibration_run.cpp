@@ -9,6 +9,7 @@
 
 #include "calibration_setup.h"
 #include "gonio/calibration/result/step_refused.h"
+#include "gonio/calibration/routine/expected_time.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/text_file.h"
 #include "gonio/setup/simulated_rig.h"
@@ -33,52 +34,59 @@ namespace {
 
 using Steps = std::vector<std::string>;
 
+/// How much of the time steps take, in units of which only ratios mean something.
+double weight(const StepBench& bench, const std::string& step) {
+  const routine::ExpectedTime time = routine::expected_time(step, bench.calibration.settings());
+  return bench.at_once ? time.drawn : time.on_rig_s;
+}
+
 /// Takes the first of what `open` says is left until nothing is.
-std::optional<calibration_report::RefusedStep> take(const Context& context,
-                                                    routine::Routine& calibration,
-                                                    const acquisition::DeviceSet& devices,
+std::optional<calibration_report::RefusedStep> take(const StepBench& bench,
                                                     const std::function<Steps()>& open) {
-  Progress progress(context.console, "calibrating");
-  std::size_t done = 0;
-  for (Steps left = open(); !left.empty(); left = open(), ++done) {
-    context.check_stop();
+  Progress progress(bench.context.console, "calibrating");
+  double done = 0.0;
+  for (Steps left = open(); !left.empty(); left = open()) {
+    bench.context.check_stop();
     const std::string& step = left.front();
-    const PhaseTimer timer(context.console, step);
+    const PhaseTimer timer(bench.context.console, step);
+    double all = done;
+    for (const std::string& each : left) all += weight(bench, each);
+    const double its = weight(bench, step);
     const auto show = [&](const routine::Progress& now) {
-      progress.update(
-          (static_cast<double>(done) + now.fraction) / static_cast<double>(done + left.size()),
-          fmt::format("{}: {}", now.step, now.what));
+      progress.update((done + now.fraction * its) / all, fmt::format("{}: {}", now.step, now.what));
     };
     try {
-      calibration.take(step, devices, show, context.stop);
+      bench.calibration.take(step, bench.devices, show, bench.context.stop);
     } catch (const calibration::StepRefused& refused) {
       return calibration_report::RefusedStep{step, refused.what()};
     } catch (const std::invalid_argument& error) {
       throw UsageError(error.what());  // a step named by --only whose inputs are missing
     }
+    done += its;
   }
   return std::nullopt;
 }
 
 }  // namespace
 
-std::optional<calibration_report::RefusedStep> take_steps(const Context& context,
-                                                          routine::Routine& calibration,
-                                                          const acquisition::DeviceSet& devices,
+std::optional<calibration_report::RefusedStep> take_steps(const StepBench& bench,
                                                           const Steps& steps) {
   auto next = steps.begin();
   bool first = true;
-  return take(context, calibration, devices, [&] {
+  return take(bench, [&] {
     if (!first) ++next;
     first = false;
     return Steps(next, steps.end());
   });
 }
 
-std::optional<calibration_report::RefusedStep> take_open_steps(
-    const Context& context, routine::Routine& calibration, const acquisition::DeviceSet& devices) {
-  return take(context, calibration, devices,
-              [&] { return instrument::steps_to_take(calibration.archive(), now_utc()); });
+std::optional<calibration_report::RefusedStep> take_open_steps(const StepBench& bench) {
+  return take(bench,
+              [&] { return instrument::steps_to_take(bench.calibration.archive(), now_utc()); });
+}
+
+bool passes_at_once(const RigFile& rig) {
+  return rig.driver == RigFile::Driver::simulated && !rig.world.time_scale;
 }
 
 void write_calibration_report(const routine::Routine& calibration,

@@ -167,8 +167,8 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   acquisition::DeviceSet devices = opened->devices();
   if (!options.yes) devices.changer = &person;
   const std::vector<std::string> wanted = steps_wanted(options);
-  const auto refused = wanted.empty() ? take_open_steps(context, calibration, devices)
-                                      : take_steps(context, calibration, devices, wanted);
+  const StepBench bench{context, calibration, devices, passes_at_once(rig)};
+  const auto refused = wanted.empty() ? take_open_steps(bench) : take_steps(bench, wanted);
   if (refused) {
     console.error(refused->step + ": " + refused->why,
                   fmt::format("nothing of it was kept; mend it, then the same command goes on "

@@ -98,9 +98,8 @@ class Demo {
     const auto opened = open_simulated_rig(simulated_world(rig_.file, white, options_.seed));
     calibration::routine::Routine calibration =
         calibration_in(folder, rig_.file, calibration_settings(rig_.file), *opened);
-    std::vector<std::string> steps;
-    for (const auto& step : instrument::calibration_steps()) steps.emplace_back(step.name);
-    const auto refused = take_steps(context_, calibration, opened->devices(), steps);
+    const auto refused =
+        take_open_steps({context_, calibration, opened->devices(), passes_at_once(rig_.file)});
     if (refused) throw NumericalError(refused->step + ": " + refused->why);
     write_calibration_report(calibration, folder, rig_.file, {});
     rig_.constants = calibration.instrument();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "gonio/calibration/routine/expected_time.h"
 #include "hidden_bench.h"
 #include "recovery.h"
 #include "temporary_folder.h"
@@ -57,7 +58,13 @@ TEST_P(HiddenTruth, IsFoundWithinTheLimits) {
   test::HiddenBench bench(GetParam());
   Routine routine = routine_in(folder.path() / "cal");
   for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
+    const auto begun = bench.world.clock().now();
     routine.take(std::string(step.name), bench.devices, {}, {});
+    // What tells an operator how long it will take need not be better than that.
+    const double took_s = devices::to_seconds(bench.world.clock().now() - begun);
+    const double expected_s = expected_time(step.name, routine.settings()).on_rig_s;
+    EXPECT_LE(took_s, 2.0 * expected_s) << step.name;
+    EXPECT_GE(took_s + 1.0, 0.5 * expected_s) << step.name;
   }
   constexpr double kAnglesAtAQuarter = 3.0;
   for (const test::Recovered& each :
