@@ -28,6 +28,7 @@
 #include "pose_choice.h"
 #include "provenance.h"
 #include "report_data.h"
+#include "session_calibration.h"
 #include "session_run.h"
 
 namespace gonio::cli {
@@ -82,11 +83,14 @@ std::string patches_text(const RigFile& rig) {
 
 class Demo {
  public:
-  Demo(Context& context, const DemoOptions& options, const std::filesystem::path& folder)
+  /// Works in `folder`, which becomes `destination` in the end.
+  Demo(Context& context, const DemoOptions& options, const std::filesystem::path& folder,
+       const std::filesystem::path& destination)
       : context_(context),
         console_(context.console),
         options_(options),
         folder_(folder),
+        destination_(destination),
         rig_{demo_rig(), nominal_instrument(demo_rig())},
         set_(brdf::RadiometricScale::si) {}
 
@@ -102,7 +106,10 @@ class Demo {
         take_open_steps({context_, calibration, opened->devices(), passes_at_once(rig_.file)});
     if (refused) throw NumericalError(refused->step + ": " + refused->why);
     write_calibration_report(calibration, folder, rig_.file, {});
-    rig_.constants = calibration.instrument();
+    rig_.constants = instrument_of(rig_.file, folder.string());
+    calibration_ = session_calibration(rig_.file, folder.string());
+    // Where it will lie; by now it is in a folder that is not there yet.
+    calibration_->metadata["calibration_folder"] = (destination_ / "calibration").string();
   }
 
   void train_all() {
@@ -174,7 +181,9 @@ class Demo {
     for (const brdf::HalfDiff& angles : chosen) directions.push_back({angles, 0});
     SessionSetup session;
     session.rig = rig_.file;
-    const instrument::Alignment alignment = align(material);
+    session.calibration = calibration_;
+    instrument::Alignment alignment = align(material);
+    alignment.sample = material.name;
     session.instrument = instrument::aligned(rig_.constants, alignment);
     session.alignment = alignment_metadata(alignment);
     const rig::Inverse inverse(session.instrument.rig, rig_.file.branches);
@@ -279,7 +288,9 @@ class Demo {
   const Console& console_;
   const DemoOptions& options_;
   std::filesystem::path folder_;
+  std::filesystem::path destination_;
   KnownRig rig_;
+  std::optional<SessionCalibration> calibration_;
   basis::TrainingSet set_;
   Eigen::MatrixXd gram_;
 };
@@ -317,7 +328,7 @@ int demo(Context& context, const DemoOptions& options) {
       "Simulated rig that is not where its drawing has it, {} built-in analytic materials; {} "
       "directions.",
       brdf::builtin_materials().size(), options.samples));
-  Demo work(context, options, folder.path());
+  Demo work(context, options, folder.path(), out);
   work.calibrate();
   work.train_all();
   work.prepare();
