@@ -159,6 +159,13 @@ Journal Journal::create(const std::filesystem::path& path) {
   return journal;
 }
 
+Journal Journal::reopen(const std::filesystem::path& path) {
+  open(path);
+  Journal journal(path, SQLITE_OPEN_READWRITE);
+  journal.run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;");
+  return journal;
+}
+
 Journal Journal::open(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path)) {
     throw FileError(path, "open", "there is no session journal");
@@ -231,12 +238,7 @@ void Journal::append(std::string_view table, const std::vector<std::string>& val
   if (values.size() != columns.size()) {
     throw std::invalid_argument(fmt::format("a row of {:?} has {} values", table, columns.size()));
   }
-  std::int64_t number = 0;
-  {
-    const Statement last = prepare(fmt::format("SELECT coalesce(max(number), 0) FROM {};", table));
-    if (sqlite3_step(last.get()) != SQLITE_ROW) fail("read");
-    number = sqlite3_column_int64(last.get(), 0) + 1;
-  }
+  const std::int64_t number = last_number(table) + 1;
   std::string marks;
   for (std::size_t i = 0; i < values.size(); ++i) marks += "?, ";
   const Statement insert = prepare(fmt::format("INSERT INTO {} VALUES (?, {}?);", table, marks));
@@ -251,6 +253,12 @@ void Journal::append(std::string_view table, const std::vector<std::string>& val
   for (const std::string& value : values) bind(value);
   bind(checksum(table, number, values));
   if (sqlite3_step(insert.get()) != SQLITE_DONE) fail("write");
+}
+
+std::int64_t Journal::last_number(std::string_view table) const {
+  const Statement last = prepare(fmt::format("SELECT coalesce(max(number), 0) FROM {};", table));
+  if (sqlite3_step(last.get()) != SQLITE_ROW) fail("read");
+  return sqlite3_column_int64(last.get(), 0);
 }
 
 std::vector<Journal::Row> Journal::rows(std::string_view table) const {

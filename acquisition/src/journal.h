@@ -28,11 +28,18 @@ class Journal {
   /// did not make, also beside the journal.
   static Journal open(const std::filesystem::path& path);
 
+  /// Opens a journal of create() to add to it, with the checks of open().
+  static Journal reopen(const std::filesystem::path& path);
+
+  /// Rows that belong together: all of them, or after a kill none, are there.
+  void begin() { run("BEGIN;"); }
+  void commit() { run("COMMIT;"); }
+
   /// Folds the log into the main file, so that the finished journal can be read where nothing may
   /// be written.
   void close_log();
 
-  /// Adds a row with its checksum, durable on return.
+  /// Adds a row with its checksum, durable on return, between begin() and commit() then.
   void append(std::string_view table, const std::vector<std::string>& values);
 
   struct Row {
@@ -40,6 +47,8 @@ class Journal {
     std::vector<std::string> values;
     bool intact;  ///< the stored checksum fits
   };
+  /// Number of the last row, 0 without one.
+  std::int64_t last_number(std::string_view table) const;
   /// All rows of a table in the order they were added.
   std::vector<Row> rows(std::string_view table) const;
 

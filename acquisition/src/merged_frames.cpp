@@ -21,29 +21,34 @@ double read_variance_dn2(const instrument::SensorModel& sensor) {
 
 }  // namespace
 
-std::vector<double> mean_dark(const SessionReader& archive, const instrument::SensorModel& sensor,
-                              std::size_t pixel_count, int& frames_used) {
-  std::vector<double> mean(pixel_count, 0.0);
-  frames_used = 0;
+std::vector<MeanDark> mean_darks(const SessionReader& archive, const SessionParts& parts,
+                                 const instrument::SensorModel& sensor, std::size_t pixel_count) {
+  MeanDark all{std::vector<double>(pixel_count, 0.0), 0};
+  std::vector<MeanDark> darks(parts.count(), all);
   for (const FrameRecord& record : archive.frames()) {
     if (record.kind != FrameKind::dark) continue;
     const devices::Frame frame = archive.read_frame(record);
-    for (std::size_t p = 0; p < pixel_count; ++p) mean[p] += frame.pixels_dn[p];
-    ++frames_used;
+    for (MeanDark* dark : {&all, &darks[parts.of(record)]}) {
+      for (std::size_t p = 0; p < pixel_count; ++p) dark->offset_dn[p] += frame.pixels_dn[p];
+      ++dark->frames;
+    }
   }
-  for (double& value : mean) {
-    value = frames_used > 0 ? value / frames_used : sensor.black_level_dn;
+  for (MeanDark& dark : darks) {
+    if (dark.frames == 0) dark = all;
+    for (double& value : dark.offset_dn) {
+      value = dark.frames > 0 ? value / dark.frames : sensor.black_level_dn;
+    }
   }
-  return mean;
+  return darks;
 }
 
 BackgroundMaps background_maps(const SessionReader& archive, const instrument::SensorModel& sensor,
-                               const std::vector<double>& offset_dn, int dark_frames,
-                               const FrameRecord* lamp_off) {
+                               const MeanDark& dark, const FrameRecord* lamp_off) {
+  const std::vector<double>& offset_dn = dark.offset_dn;
   BackgroundMaps maps;
   maps.offset_dn = offset_dn;
   maps.offset_variance_dn2 =
-      dark_frames > 0 ? read_variance_dn2(sensor) / dark_frames : read_variance_dn2(sensor);
+      dark.frames > 0 ? read_variance_dn2(sensor) / dark.frames : read_variance_dn2(sensor);
   if (lamp_off == nullptr) {
     maps.rate_dn_per_s.assign(offset_dn.size(), sensor.gain_dn_per_e * sensor.dark_current_e_per_s);
     return maps;

@@ -7,6 +7,7 @@
 
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/instrument/hdr_merge.h"
+#include "session_parts.h"
 
 namespace gonio::acquisition {
 
@@ -23,13 +24,19 @@ struct BackgroundMaps {
   double rate_variance_dn2_per_s2 = 0.0;
 };
 
-/// Mean of the dark frames; the sensor's black level when there is none.
-std::vector<double> mean_dark(const SessionReader& archive, const instrument::SensorModel& sensor,
-                              std::size_t pixel_count, int& frames_used);
+/// Mean of dark frames.
+struct MeanDark {
+  std::vector<double> offset_dn;  ///< per pixel
+  int frames = 0;
+};
+
+/// That of each part of the session (SessionParts). In a part without dark frames that of all
+/// parts; the sensor's black level when there is none at all.
+std::vector<MeanDark> mean_darks(const SessionReader& archive, const SessionParts& parts,
+                                 const instrument::SensorModel& sensor, std::size_t pixel_count);
 
 BackgroundMaps background_maps(const SessionReader& archive, const instrument::SensorModel& sensor,
-                               const std::vector<double>& offset_dn, int dark_frames,
-                               const FrameRecord* lamp_off);
+                               const MeanDark& dark, const FrameRecord* lamp_off);
 
 /// Signal of one lit channel in one pose.
 struct ChannelSignal {

@@ -38,15 +38,22 @@ struct Spot {
 
 /// Frames of one point.
 struct PointFrames {
+  std::size_t part = 0;
   std::map<std::string, std::vector<const FrameRecord*>> lit;
   const FrameRecord* lamp_off = nullptr;
 };
 
-/// Frames of the points that ended as measured; the others are named in `warnings`.
+/// Frames of the points that ended as measured; the others are named in `warnings`. Of a point that
+/// was measured again after a kill, the last time counts.
 std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archive,
+                                                     const SessionParts& parts,
                                                      std::vector<std::string>& warnings) {
   std::map<int, PointOutcome> outcomes;
-  for (const PointRecord& point : archive.points()) outcomes[point.point] = point.outcome;
+  std::map<int, std::size_t> part_of_point;
+  for (const PointRecord& point : archive.points()) {
+    outcomes[point.point] = point.outcome;
+    part_of_point[point.point] = parts.of(point);
+  }
   std::map<int, PointFrames> points;
   std::set<int> left_out;
   for (const FrameRecord& record : archive.frames()) {
@@ -60,7 +67,9 @@ std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archiv
       }
       continue;
     }
+    if (parts.of(record) != part_of_point[record.point]) continue;
     PointFrames& frames = points[record.point];
+    frames.part = parts.of(record);
     if (record.kind == FrameKind::sample) frames.lit[record.channel].push_back(&record);
     if (record.kind == FrameKind::lamp_off) frames.lamp_off = &record;
   }
@@ -211,12 +220,11 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   const ColourLayout colours(archive, place);
   const auto pixel_count = static_cast<std::size_t>(instrument.camera.width_px) *
                            static_cast<std::size_t>(instrument.camera.height_px);
-  int dark_frames = 0;
-  const std::vector<double> offset_dn =
-      mean_dark(archive, instrument.sensor, pixel_count, dark_frames);
+  const SessionParts parts(archive);
+  const std::vector<MeanDark> darks = mean_darks(archive, parts, instrument.sensor, pixel_count);
   const std::set<std::string> monitored = monitored_channels(archive);
   const WhiteLevel white =
-      white_level(archive, instrument, options, colours, offset_dn, dark_frames, monitored, place);
+      white_level(archive, instrument, options, colours, parts, darks, monitored, place);
   reduction.warnings.insert(reduction.warnings.end(), white.warnings.begin(), white.warnings.end());
   reduction.white_drift_relative = white.drift();
   if (std::abs(white.drift()) > kUsualDrift) {
@@ -229,7 +237,8 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
       instrument.sensor, instrument.camera.width_px, instrument.camera.height_px);
   const double u_drift = std::abs(white.drift()) / std::sqrt(12.0);
 
-  for (const auto& [index, frames] : frames_of_measured_points(archive, reduction.warnings)) {
+  for (const auto& [index, frames] :
+       frames_of_measured_points(archive, parts, reduction.warnings)) {
     if (frames.lit.size() != colours.channels().size()) {
       reduction.warnings.push_back(fmt::format("point {}: {} of {} channels were taken, left out",
                                                index, frames.lit.size(),
@@ -237,7 +246,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
       continue;
     }
     const BackgroundMaps background =
-        background_maps(archive, instrument.sensor, offset_dn, dark_frames, frames.lamp_off);
+        background_maps(archive, instrument.sensor, darks[frames.part], frames.lamp_off);
     std::vector<ChannelSignal> signals;
     for (const std::string& channel : colours.channels()) {
       signals.push_back(

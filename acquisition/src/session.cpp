@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <map>
 #include <stdexcept>
 
 #include "bracket.h"
@@ -13,11 +12,17 @@
 namespace gonio::acquisition {
 namespace {
 
+// DeviceSet::begin_subject
+constexpr std::uint64_t kDarkSubject = 0;
+constexpr std::uint64_t kWhiteSubject = 1;
+constexpr std::uint64_t kFirstPointSubject = 2;
+
 class Session {
  public:
   Session(const DeviceSet& devices, const instrument::Instrument& instrument,
           const MeasurementPlan& plan, const SessionOptions& options, SessionWriter& archive,
-          const std::function<void(const SessionProgress&)>& progress, std::stop_token stop)
+          const std::function<void(const SessionProgress&)>& progress, std::stop_token stop,
+          const SessionPart& part)
       : devices_(
             devices, instrument.rig, options,
             [&archive](std::chrono::nanoseconds at, const std::string& kind,
@@ -28,11 +33,16 @@ class Session {
         options_(options),
         archive_(archive),
         progress_(progress),
+        part_(part),
         channels_(devices.light->channels()),
         white_joints_(white_joints(instrument.rig)) {}
 
   SessionResult run() {
     started_ = devices_.now();
+    points_done_ = static_cast<int>(part_.done.size());
+    for (const auto& [point, outcome] : part_.done) {
+      if (outcome == PointOutcome::Measured) ++result_.measured;
+    }
     try {
       measure();
     } catch (const devices::DeviceError& error) {
@@ -52,16 +62,21 @@ class Session {
     report("home");
     devices_.home_all();
     report("dark");
+    begin_subject(kDarkSubject);
     take_darks();
     report("white");
-    take_white();
-    for (std::size_t i = 0; i < plan_.points.size(); ++i) {
+    take_white(WhiteVisit::opening);
+    for (int i = 0; i < static_cast<int>(plan_.points.size()); ++i) {
+      if (part_.done.contains(i)) continue;
+      if (paused()) return;
       report("point");
-      take_point(static_cast<int>(i));
+      begin_subject(kFirstPointSubject + static_cast<std::uint64_t>(i));
+      take_point(i);
       ++points_done_;
     }
+    if (paused()) return;
     report("closing white");
-    take_white();
+    take_white(WhiteVisit::closing);
     report("park");
     devices_.close_shutter();
     devices_.move_to(instrument_.rig.home());
@@ -71,7 +86,20 @@ class Session {
       }
     }
     archive_.finish(devices_.now());
+    result_.finished = true;
     result_.complete = result_.measured == static_cast<int>(plan_.points.size());
+  }
+
+  void begin_subject(std::uint64_t subject) const {
+    if (devices_.devices().begin_subject) devices_.devices().begin_subject(subject);
+  }
+
+  /// Whether the session is to end here for now.
+  bool paused() {
+    if (!part_.pause.stop_requested()) return false;
+    devices_.close_shutter();
+    archive_.note(devices_.now(), "paused", "the session was asked to pause");
+    return true;
   }
 
   void take_darks() {
@@ -82,7 +110,11 @@ class Session {
     }
   }
 
-  void take_white() {
+  enum class WhiteVisit { opening, closing };
+
+  /// Opening and closing take the same exposures: what differs between them then is the light.
+  void take_white(WhiteVisit visit) {
+    begin_subject(kWhiteSubject);
     if (options_.white != WhitePlacement::in_frame) devices_.mount(devices::Target::white);
     devices_.move_to(white_joints_);
     const Regions regions = white_regions(instrument_, options_, devices_.joints());
@@ -92,18 +124,15 @@ class Session {
       FrameRecord record;
       record.kind = FrameKind::white;
       record.channel = channel.name;
-      auto& start =
-          white_exposure_.try_emplace(channel.name, options_.first_exposure).first->second;
-      const BracketResult found =
-          take_bracket(devices_, instrument_, options_, regions, start, record, archive_);
-      start = found.start;
+      const BracketResult found = take_bracket(devices_, instrument_, options_, regions,
+                                               options_.first_exposure, record, archive_);
       longest = std::max(longest, found.longest);
       if (found.dark_regions == found.regions) {
         const std::string text =
             fmt::format("the white is dark in channel {} even after {:g} s: is the lamp on?",
                         channel.name, devices::to_seconds(found.longest));
         // Without a white nothing that follows would be worth anything.
-        if (points_done_ == 0) {
+        if (visit == WhiteVisit::opening) {
           throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(),
                                      text);
         }
@@ -115,7 +144,7 @@ class Session {
       for (int i = 1; i < options_.white_frames; ++i) {
         FrameRecord repeat = record;
         repeat.monitor = devices_.read_monitor();
-        const devices::Frame frame = capture_standing(devices_, start, repeat);
+        const devices::Frame frame = capture_standing(devices_, found.start, repeat);
         archive_.append(std::move(repeat), frame);
       }
     }
@@ -206,8 +235,12 @@ class Session {
     now.done = points_done_;
     now.total = static_cast<int>(plan_.points.size());
     now.elapsed_s = seconds_since_start();
-    for (std::size_t i = static_cast<std::size_t>(points_done_); i < plan_.points.size(); ++i) {
-      now.remaining_s += plan_.points[i].predicted_s;
+    // What is left is measured in the order of the plan.
+    int left = now.total - points_done_;
+    for (int i = now.total - 1; i >= 0 && left > 0; --i) {
+      if (part_.done.contains(i)) continue;
+      now.remaining_s += plan_.points[static_cast<std::size_t>(i)].predicted_s;
+      --left;
     }
     progress_(now);
   }
@@ -218,9 +251,9 @@ class Session {
   const SessionOptions& options_;
   SessionWriter& archive_;
   const std::function<void(const SessionProgress&)>& progress_;
+  const SessionPart& part_;
   std::vector<devices::LightChannel> channels_;
   rig::Joints white_joints_;
-  std::map<std::string, std::chrono::nanoseconds> white_exposure_;
   std::chrono::nanoseconds started_{0};
   int points_done_ = 0;
   SessionResult result_;
@@ -261,9 +294,10 @@ SessionResult run_session(const DeviceSet& devices, const instrument::Instrument
                           const MeasurementPlan& plan, const SessionOptions& options,
                           SessionWriter& archive,
                           const std::function<void(const SessionProgress&)>& progress,
-                          std::stop_token stop) {
+                          std::stop_token stop, const SessionPart& part) {
   check_before_motion(devices, instrument, plan, options);
-  return Session(devices, instrument, plan, options, archive, progress, std::move(stop)).run();
+  return Session(devices, instrument, plan, options, archive, progress, std::move(stop), part)
+      .run();
 }
 
 }  // namespace gonio::acquisition

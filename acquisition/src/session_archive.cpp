@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <type_traits>
@@ -12,11 +13,13 @@
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/sha256.h"
 #include "journal.h"
+#include "session_parts.h"
 
 namespace gonio::acquisition {
 namespace {
 
 constexpr const char* kJournalName = "session.sqlite";
+constexpr std::string_view kFrames = "frames";  ///< the table
 constexpr int kMaxFramePixels_px = 65536;
 
 std::string frame_file_name(std::int64_t id) { return fmt::format("frames/{:06}.tiff", id); }
@@ -156,33 +159,81 @@ PointRecord point_record(RowFields& fields) {
   return record;
 }
 
+/// Removes what a killed writer left in frames/ from a frame without a row on. Returns their names.
+std::vector<std::string> remove_unacknowledged(const std::filesystem::path& folder,
+                                               std::int64_t next_frame) {
+  std::vector<std::string> removed;
+  const std::filesystem::path next = folder / frame_file_name(next_frame);
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "frames")) {
+    const std::string name = entry.path().filename().string();
+    const bool hidden = name.starts_with(".") && name.ends_with(".part");
+    if (!hidden && entry.path() != next) continue;
+    removed.push_back("frames/" + name);
+  }
+  std::sort(removed.begin(), removed.end());
+  for (const std::string& name : removed) std::filesystem::remove(folder / name);
+  return removed;
+}
+
 }  // namespace
 
 struct SessionWriter::State {
   std::filesystem::path folder;
+  files::ProcessLock lock;
   Journal journal;
   std::int64_t next_frame = 1;
+  std::chrono::nanoseconds ahead{0};  ///< of the session's clock before the devices'
 };
+
+std::filesystem::path session_lock(const std::filesystem::path& folder) {
+  return folder / "session.lock";
+}
 
 SessionWriter::SessionWriter(const std::filesystem::path& folder, const SessionMetadata& metadata,
                              const std::map<std::string, std::string>& configuration) {
   files::require_creatable(folder);
   std::filesystem::create_directory(folder);
   std::filesystem::create_directory(folder / "frames");
-  state_.reset(new State{folder, Journal::create(folder / kJournalName)});
+  state_.reset(new State{folder, files::ProcessLock(session_lock(folder)),
+                         Journal::create(folder / kJournalName)});
+  state_->journal.begin();
   for (const auto& [key, value] : metadata) state_->journal.append("metadata", {key, value});
   for (const auto& [name, text] : configuration) {
     state_->journal.append("configuration", {name, text});
   }
+  state_->journal.commit();
+  // SQLite looks after the names in the folder; ours is that of the folder itself.
+  files::sync_folder(std::filesystem::absolute(folder).lexically_normal().parent_path());
+}
+
+SessionWriter::SessionWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+SessionWriter SessionWriter::resume(const std::filesystem::path& folder, files::ProcessLock lock,
+                                    std::chrono::nanoseconds begins_at,
+                                    std::chrono::nanoseconds now, const std::string& text) {
+  if (Journal::open(folder / kJournalName).last_number("finished") > 0) {
+    throw std::logic_error(folder.string() + ": the session is finished");
+  }
+  Journal journal = Journal::reopen(folder / kJournalName);
+  std::unique_ptr<State> state(
+      new State{folder, std::move(lock), std::move(journal), 1, begins_at - now});
+  state->next_frame = state->journal.last_number("frames") + 1;
+  SessionWriter writer(std::move(state));
+  writer.note(now, kResumedNote, text);
+  for (const std::string& name : remove_unacknowledged(folder, writer.state_->next_frame)) {
+    writer.note(now, "cut back", name + " was never acknowledged, removed");
+  }
+  return writer;
 }
 
 SessionWriter::~SessionWriter() = default;
+SessionWriter::SessionWriter(SessionWriter&& other) noexcept = default;
 
 FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& frame) {
   record.id = state_->next_frame;
   record.file = frame_file_name(record.id);
   record.exposure = frame.exposure;
-  record.exposure_start = frame.exposure_start;
+  record.exposure_start = frame.exposure_start + state_->ahead;
   record.camera_frame_id = frame.frame_id;
   record.sha256 = write_frame_file(state_->folder / record.file, frame);
   state_->journal.append(
@@ -206,16 +257,16 @@ void SessionWriter::append(const PointRecord& record) {
        fmt::format("{}", record.commanded.theta_d.degrees()),
        fmt::format("{}", record.commanded.phi_d.degrees()), std::string(1, record.branch),
        degrees_text(record.joints), std::string(to_string(record.outcome)), record.note,
-       fmt::format("{}", record.finished_at.count())});
+       fmt::format("{}", (record.finished_at + state_->ahead).count())});
 }
 
 void SessionWriter::note(std::chrono::nanoseconds at, const std::string& kind,
                          const std::string& text) {
-  state_->journal.append("notes", {fmt::format("{}", at.count()), kind, text});
+  state_->journal.append("notes", {fmt::format("{}", (at + state_->ahead).count()), kind, text});
 }
 
 void SessionWriter::finish(std::chrono::nanoseconds at) {
-  state_->journal.append("finished", {fmt::format("{}", at.count())});
+  state_->journal.append("finished", {fmt::format("{}", (at + state_->ahead).count())});
   state_->journal.close_log();
 }
 
@@ -228,11 +279,13 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
       if (row.number != expected) {
         damage_.push_back(
             fmt::format("{} rows {} to {} are missing", table, expected, row.number - 1));
+        if (table == kFrames) lost_frames_.push_back({expected, row.number - 1, std::nullopt});
       }
       expected = row.number + 1;
       if (!row.intact) {
         damage_.push_back(
             fmt::format("{} row {}: checksum does not fit, left out", table, row.number));
+        if (table == kFrames) lost_frames_.push_back({row.number, row.number, std::nullopt});
         continue;
       }
       RowFields fields(path, table, row);
@@ -247,12 +300,13 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
     const std::string name = fields.text();
     configuration_[name] = fields.text();
   });
-  each_intact("frames", [&](RowFields& fields, const Journal::Row& row) {
+  each_intact(kFrames, [&](RowFields& fields, const Journal::Row& row) {
     FrameRecord record = frame_record(fields, row.number);
     shapes_[record.id] = shape_of(fields);
     const std::string fault = fault_of(folder_ / record.file, record.sha256, shapes_[record.id]);
     if (!fault.empty()) {
       damage_.push_back(fmt::format("frame {}: {} {}, left out", record.id, record.file, fault));
+      lost_frames_.push_back({record.id, record.id, record.point});
       return;
     }
     frames_.push_back(std::move(record));

@@ -15,16 +15,24 @@ namespace {
 
 /// Frames of one visit to the white: no frame of the sample lies between them.
 struct Visit {
+  std::size_t part = 0;
   std::map<std::string, std::vector<const FrameRecord*>> frames;  ///< by channel
   const FrameRecord* lamp_off = nullptr;
 };
 
-std::vector<Visit> visits_of(const SessionReader& archive) {
+std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& parts) {
   std::vector<Visit> visits;
   bool open = false;
+  std::size_t part = 0;
   for (const FrameRecord& record : archive.frames()) {
+    if (parts.of(record) != part) {
+      // The lamp-off frame comes last.
+      if (open && !visits.back().lamp_off) visits.pop_back();
+      open = false;
+      part = parts.of(record);
+    }
     if (record.kind == FrameKind::white) {
-      if (!open) visits.emplace_back();
+      if (!open) visits.push_back({part, {}, nullptr});
       open = true;
       visits.back().frames[record.channel].push_back(&record);
     } else if (record.kind == FrameKind::lamp_off && record.point < 0 && open) {
@@ -66,13 +74,13 @@ double WhiteLevel::drift() const {
 
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
-                       const std::vector<double>& offset_dn, int dark_frames,
+                       const SessionParts& parts, const std::vector<MeanDark>& darks,
                        const std::set<std::string>& monitored, const std::filesystem::path& place) {
   WhiteLevel level;
-  for (const Visit& visit : visits_of(archive)) {
+  for (const Visit& visit : visits_of(archive, parts)) {
     if (visit.frames.size() != colours.channels().size()) continue;  // a visit cut short
     const BackgroundMaps background =
-        background_maps(archive, instrument.sensor, offset_dn, dark_frames, visit.lamp_off);
+        background_maps(archive, instrument.sensor, darks[visit.part], visit.lamp_off);
     std::vector<ChannelSignal> signals;
     for (const std::string& channel : colours.channels()) {
       signals.push_back(

@@ -25,11 +25,12 @@ struct WhiteLevel {
   double drift() const;
 };
 
+/// `parts`, `darks` as mean_darks(); a visit to the white that a kill has cut off does not count.
 /// `monitored`: see monitored_channels(). Throws DataFormatError when the archive holds no usable
 /// white frame.
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
-                       const std::vector<double>& offset_dn, int dark_frames,
+                       const SessionParts& parts, const std::vector<MeanDark>& darks,
                        const std::set<std::string>& monitored, const std::filesystem::path& place);
 
 }  // namespace gonio::acquisition

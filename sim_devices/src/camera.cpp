@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "gonio/parallel/parallel.h"
+#include "subject.h"
 
 namespace gonio::sim {
 
@@ -88,13 +89,14 @@ devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
   frame.exposure = std::clamp(applied, options_.min_exposure, options_.max_exposure);
   frame.exposure_start = view_.clock.now();
   frame.frame_id = next_frame_++;
+  const std::uint64_t noise = next_noise_++;
 
   const std::chrono::nanoseconds open = frame.exposure + options_.shutter_offset;
   const Time end = frame.exposure_start + open;
   const int lit = view_.light.lit();
   const auto picture = [&] {
     const std::vector<double> rates = electron_rates(frame.exposure_start, end, lit);
-    return sensor_.expose(rates, devices::to_seconds(open), frame.frame_id);
+    return sensor_.expose(rates, devices::to_seconds(open), noise);
   };
   // What axes at rest will have shown is known now: in a world that runs by itself it is computed
   // while the exposure lasts, and once more should one of them have been started meanwhile.
@@ -104,6 +106,8 @@ devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
   if (!foreseen || !at_rest_during(frame.exposure_start, end)) frame.pixels_dn = picture();
   return frame;
 }
+
+void SimCamera::begin_subject(std::uint64_t subject) { next_noise_ = first_index_of(subject); }
 
 bool SimCamera::at_rest_during(Time start, Time end) const {
   return std::all_of(

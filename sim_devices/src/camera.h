@@ -34,6 +34,8 @@ class SimCamera final : public devices::Camera {
   const std::string& name() const override { return name_; }
   devices::CameraInfo info() const override;
   devices::Frame capture(std::chrono::nanoseconds exposure) override;
+  /// See SimGoniometer::begin_subject().
+  void begin_subject(std::uint64_t subject);
 
  private:
   /// Electrons per second and pixel, on average over the interval.
@@ -51,6 +53,7 @@ class SimCamera final : public devices::Camera {
   RadianceRenderer renderer_;
   Sensor sensor_;
   std::uint64_t next_frame_ = 0;
+  std::uint64_t next_noise_ = 0;  ///< names the noise of the next frame
   std::string name_ = "camera";
 };
 

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "gonio/random/distributions.h"
+#include "subject.h"
 
 namespace gonio::sim {
 namespace {
@@ -18,18 +19,24 @@ devices::Clock::Duration from_seconds(double value) {
 }  // namespace
 
 Joint::Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t seed,
-             std::size_t index)
+             std::size_t index, std::uint64_t power_ups)
     : options_(options),
       home_(axis.home),
       limit_{axis.max_speed_deg_per_s, axis.acceleration_deg_per_s2},
       acceleration_rad_per_s2_(Angle::from_degrees(axis.acceleration_deg_per_s2).radians()),
       settle_(axis.settle),
       positioning_key_(random::make_key(seed, "axis.positioning", index)),
-      homing_key_(random::make_key(seed, "axis.homing", index)) {
-  const double share = random::uniform(random::make_key(seed, "axis.power_up", index), 0);
+      homing_key_(random::make_key(seed, "axis.homing", index)),
+      homings_(first_index_of(power_ups)) {
+  const double share = random::uniform(random::make_key(seed, "axis.power_up", index), power_ups);
   const double start = axis.min.radians() + share * (axis.max - axis.min).radians();
-  segments_.push_back(
-      {Time(0), start, start, MotionProfile::braking(0.0, 1.0), Time(0), Time(0), Time(0), 0.0});
+  segments_.push_back({Time(0), start, start, MotionProfile::braking(0.0, 1.0), start, Time(0),
+                       Time(0), Time(0), 0.0});
+}
+
+void Joint::begin_subject(std::uint64_t subject) {
+  const std::lock_guard lock(mutex_);
+  moves_ = first_index_of(subject);
 }
 
 Joint::Time Joint::move_to(Angle target, Time now, std::optional<Pace> pace) {
@@ -66,8 +73,9 @@ void Joint::brake_locked(Time now) {
   held_.reset();
   // A brake asked for during the braking that precedes a new move cancels the move.
   while (segments_.size() > 1 && segments_.back().start > now) segments_.pop_back();
-  const double speed = state_at(now).speed_rad_per_s;
-  append(MotionProfile::braking(speed, acceleration_rad_per_s2_), now, Time(0), Time(0), false);
+  const State state = state_at(now);
+  const auto braking = MotionProfile::braking(state.speed_rad_per_s, acceleration_rad_per_s2_);
+  append(braking, state.motor_rad + braking.distance(), now, Time(0), Time(0), false);
 }
 
 Joint::Time Joint::drive_to(double motor_rad, Time now, Time search, const Pace& pace) {
@@ -76,11 +84,13 @@ Joint::Time Joint::drive_to(double motor_rad, Time now, Time search, const Pace&
   const double distance = motor_rad - state_at(start).motor_rad;
   const double speed = Angle::from_degrees(pace.max_speed_deg_per_s).radians();
   const double acceleration = Angle::from_degrees(pace.acceleration_deg_per_s2).radians();
-  append(MotionProfile::rest_to_rest(distance, speed, acceleration), start, search, settle_, true);
+  append(MotionProfile::rest_to_rest(distance, speed, acceleration), motor_rad, start, search,
+         settle_, true);
   return segments_.back().settled;
 }
 
-void Joint::append(const MotionProfile& profile, Time start, Time search, Time settle, bool rings) {
+void Joint::append(const MotionProfile& profile, double end_rad, Time start, Time search,
+                   Time settle, bool rings) {
   const State state = state_at(start);
   const double ring =
       rings ? std::copysign(std::min(options_.ring_fraction * std::abs(profile.distance()),
@@ -91,7 +101,7 @@ void Joint::append(const MotionProfile& profile, Time start, Time search, Time s
   Segment& replaced = segments_.back();
   replaced.settled = std::min(replaced.settled, start);
   replaced.arrived = std::min(replaced.arrived, start);
-  segments_.push_back({start, state.motor_rad, state.shaft_rad, profile, end, end + search,
+  segments_.push_back({start, state.motor_rad, state.shaft_rad, profile, end_rad, end, end + search,
                        end + search + settle, ring});
   if (segments_.size() > kRememberedSegments) segments_.pop_front();
 }
@@ -140,10 +150,11 @@ Joint::State Joint::state_at(Time time) const {
   const Segment& segment = segment_at(time);
   const double since_start = devices::to_seconds(time - segment.start);
   State state{};
-  // Past the end the whole way is taken: the end was rounded to a nanosecond.
+  // Past the end the whole way is taken: its time was rounded to a nanosecond, and a sum of start
+  // and way would tell in its last bit where the motor came from.
   const bool arrived = time >= segment.end;
-  state.motor_rad = segment.motor_rad +
-                    (arrived ? segment.profile.distance() : segment.profile.position(since_start));
+  state.motor_rad =
+      arrived ? segment.end_rad : segment.motor_rad + segment.profile.position(since_start);
   state.speed_rad_per_s = arrived ? 0.0 : segment.profile.speed(since_start);
   const double half_play = 0.5 * options_.backlash.radians();
   // Exact because the motor never turns round within a segment.

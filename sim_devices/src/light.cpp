@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "gonio/random/distributions.h"
+#include "subject.h"
 
 namespace gonio::sim {
 
@@ -39,6 +40,8 @@ SimLampMonitor::SimLampMonitor(const LampOptions& options, const SimLightSource&
       clock_(clock),
       sigma_(options.monitor_sigma),
       key_(random::make_key(seed, "lamp.monitor")) {}
+
+void SimLampMonitor::begin_subject(std::uint64_t subject) { readings_ = first_index_of(subject); }
 
 double SimLampMonitor::read() {
   const int lit = light_.lit();

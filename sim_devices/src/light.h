@@ -40,6 +40,8 @@ class SimLampMonitor final : public devices::LampMonitor {
 
   const std::string& name() const override { return name_; }
   double read() override;
+  /// See SimGoniometer::begin_subject().
+  void begin_subject(std::uint64_t subject);
 
  private:
   const SimLightSource& light_;

@@ -28,8 +28,10 @@ class SimGoniometer::World {
  public:
   explicit World(const SimOptions& given)
       : options(completed(given)),
-        clock(options.time_scale, options.runs_by_itself ? VirtualClock::Between::runs
-                                                         : VirtualClock::Between::stands_still),
+        clock(options.time_scale,
+              options.runs_by_itself ? VirtualClock::Between::runs
+                                     : VirtualClock::Between::stands_still,
+              options.begins_at),
         lamp_output(options.lamp, options.seed),
         light(options.lamp),
         monitor(options.lamp, light, lamp_output, clock, options.noise_seed.value_or(options.seed)),
@@ -37,7 +39,8 @@ class SimGoniometer::World {
         camera(options, CameraView{joints, light, lamp_output, changer, clock}) {
     for (std::size_t axis = 0; axis < options.rig.axes.size(); ++axis) {
       const rig::Axis& described = options.rig.axes[axis];
-      joints.push_back(std::make_unique<Joint>(described, options.axes[axis], options.seed, axis));
+      joints.push_back(std::make_unique<Joint>(described, options.axes[axis], options.seed, axis,
+                                               options.power_ups));
       stages.push_back(std::make_unique<SimRotationStage>(described, *joints.back(), clock));
     }
   }
@@ -62,6 +65,12 @@ SimGoniometer& SimGoniometer::operator=(SimGoniometer&&) noexcept = default;
 SimGoniometer SimGoniometer::nominal(std::shared_ptr<const brdf::BrdfModel> material,
                                      std::uint64_t seed) {
   return SimGoniometer(nominal_options(std::move(material), seed));
+}
+
+void SimGoniometer::begin_subject(std::uint64_t subject) {
+  world_->camera.begin_subject(subject);
+  world_->monitor.begin_subject(subject);
+  for (const auto& joint : world_->joints) joint->begin_subject(subject);
 }
 
 devices::Clock& SimGoniometer::clock() { return world_->clock; }

@@ -13,8 +13,8 @@ constexpr std::chrono::milliseconds kPaceSlice{5};
 
 }  // namespace
 
-VirtualClock::VirtualClock(std::optional<double> time_scale, Between between)
-    : time_scale_(time_scale) {
+VirtualClock::VirtualClock(std::optional<double> time_scale, Between between, Duration start)
+    : time_scale_(time_scale), start_(start), now_ns_(start.count()) {
   if (time_scale_ && !(*time_scale_ > 0.0 && std::isfinite(*time_scale_))) {
     throw std::invalid_argument("time_scale: must be positive and finite");
   }
@@ -25,7 +25,7 @@ VirtualClock::VirtualClock(std::optional<double> time_scale, Between between)
 }
 
 devices::Clock::Duration VirtualClock::now() const {
-  return running_ ? running_->now() : Duration(now_ns_.load());
+  return running_ ? start_ + running_->now() : Duration(now_ns_.load());
 }
 
 void VirtualClock::wait_until(Duration time) {

@@ -201,25 +201,6 @@ TEST_F(Workflow, RefusesAWhitePatchThatLiesOnTheSample) {
   EXPECT_THAT(run({"rig", "check", "rig.toml"}, 2).error, HasSubstr("white.patch_mm"));
 }
 
-TEST_F(Workflow, EndsCleanlyWhenInterrupted) {
-  // At a tenth of real pace each point takes several tenths of a second.
-  folder.write("rig.toml", kSmallRig + "[white]\nplacement = \"in_frame\"\n" +
-                               "[simulation]\ntime_scale = 10.0\n");
-  GonioProcess measuring({"measure", "rig.toml", "--plan", "list.csv", "--material",
-                          "builtin:red-pmma", "--out", "session", "-v"},
-                         folder.path());
-  ASSERT_TRUE(measuring.wait_for("point 2 of 5"));
-  measuring.send(SIGINT);
-  const Ended ended = measuring.wait();
-  EXPECT_EQ(ended.exit_code, 4) << ended.error;
-  EXPECT_THAT(ended.error, HasSubstr("stopped after"));
-  const auto status = nlohmann::json::parse(run({"status", "session", "--json"}, 4).out);
-  EXPECT_EQ(status["state"], "interrupted");
-  EXPECT_THAT(status["damage"], testing::IsEmpty());
-  EXPECT_GE(status["measured"].get<int>(), 1);
-  run({"reduce", "session", "--out", "samples.csv"});
-}
-
 TEST_F(Workflow, TakesBackWhatItBeganWhenInterrupted) {
   GonioProcess demo({"demo", "--out", "demo"}, folder.path());
   ASSERT_TRUE(demo.wait_for("directions"));

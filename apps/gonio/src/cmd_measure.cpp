@@ -15,13 +15,10 @@
 #include "gonio/setup/simulated_rig.h"
 #include "plan_file.h"
 #include "planning.h"
-#include "session_run.h"
+#include "session_end.h"
 
 namespace gonio::cli {
 namespace {
-
-constexpr const char* kKept =
-    "what was measured is in the archive and can be reduced once it has a white";
 
 struct MeasureOptions {
   std::string rig;
@@ -69,6 +66,9 @@ void set_sample(SessionSetup& session, const MeasureOptions& options) {
   const NamedMaterial named = named_material(material);
   session.material = load_sample(named);
   session.material_name = named.name;
+  session.material_source = named.builtin != nullptr
+                                ? "builtin:" + named.name
+                                : std::filesystem::absolute(named.path).lexically_normal().string();
 }
 
 /// Puts the sample's frame where `gonio align` has found it. A calibration knows the datum only: a
@@ -165,25 +165,7 @@ int measure(Context& context, const MeasureOptions& options) {
                             duration_text(session.plan.duration_s)));
     return kSuccess;
   }
-  acquisition::SessionResult result;
-  try {
-    result = run_session(console, session, context.stop);
-  } catch (const FileError& error) {
-    // A disk that is full. Before there is an archive that is an error like any other.
-    if (!std::filesystem::exists(options.out)) throw;
-    console.error(error.what(), kKept);
-    return kIncompleteSession;
-  }
-  for (const std::string& warning : result.warnings) console.warn(warning);
-  console.say(fmt::format("{}: {} of {} directions in {} of session time", options.out,
-                          result.measured, session.plan.points.size(),
-                          duration_text(result.duration_s)));
-  if (result.complete) return kSuccess;
-  console.error(fmt::format("{}: {} after {} of {} directions", options.out,
-                            context.stop.stop_requested() ? "stopped" : "incomplete",
-                            result.measured, session.plan.points.size()),
-                kKept);
-  return kIncompleteSession;
+  return run_to_the_end(context, session);
 }
 
 }  // namespace

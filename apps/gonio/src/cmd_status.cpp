@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -24,6 +25,17 @@ bool in_calibration_text(const std::string& key) {
          key == "calibration_open_steps";
 }
 
+/// With what can be done about it.
+std::string session_state_text(const std::string& state, const std::filesystem::path& folder,
+                               std::optional<pid_t> writer) {
+  if (state == "running") return fmt::format("running, process {}", *writer);
+  if (state == "interrupted") {
+    return fmt::format("interrupted; gonio resume {} goes on with it",
+                       printable_line(folder.string()));
+  }
+  return state;
+}
+
 int status(Context& context, const StatusOptions& options) {
   const std::filesystem::path folder(options.session);
   if (!std::filesystem::exists(folder / "session.sqlite")) {
@@ -34,19 +46,23 @@ int status(Context& context, const StatusOptions& options) {
   for (const auto& frame : archive.frames()) {
     ++frames[std::string(acquisition::to_string(frame.kind))];
   }
-  int measured = 0;
-  for (const auto& point : archive.points()) {
-    if (point.outcome == acquisition::PointOutcome::Measured) ++measured;
-  }
-  const char* state = archive.finished() ? "complete" : "interrupted";
+  // A point that was measured again counts as it ended last.
+  std::map<int, acquisition::PointOutcome> outcomes;
+  for (const auto& point : archive.points()) outcomes[point.point] = point.outcome;
+  const auto measured = std::count_if(outcomes.begin(), outcomes.end(), [](const auto& point) {
+    return point.second == acquisition::PointOutcome::Measured;
+  });
+  const auto writer = files::lock_holder(acquisition::session_lock(folder));
+  const char* state = archive.finished() ? "complete" : writer ? "running" : "interrupted";
   if (options.json) {
     const nlohmann::ordered_json result = {
-        {"state", state},   {"points", archive.points().size()}, {"measured", measured},
-        {"frames", frames}, {"damage", archive.damage()},        {"metadata", archive.metadata()}};
+        {"state", state},   {"points", outcomes.size()},  {"measured", measured},
+        {"frames", frames}, {"damage", archive.damage()}, {"metadata", archive.metadata()}};
     context.console.result(json_text(result));
   } else {
-    std::string text = fmt::format("state            {}\n", state);
-    text += fmt::format("points           {}, {} measured\n", archive.points().size(), measured);
+    std::string text =
+        fmt::format("state            {}\n", session_state_text(state, folder, writer));
+    text += fmt::format("points           {}, {} measured\n", outcomes.size(), measured);
     for (const auto& [kind, count] : frames)
       text += fmt::format("frames           {:4} {}\n", count, kind);
     text +=

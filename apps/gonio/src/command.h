@@ -28,6 +28,9 @@ struct Context {
   /// Requested by SIGINT or SIGTERM. Commands look at it between their steps, so that they unwind
   /// and nothing half-written stays behind, not even under a hidden name.
   std::stop_token stop;
+  /// From its call on, the first SIGINT asks for what it returns, a pause, and the second for a
+  /// stop.
+  std::function<std::stop_token()> pause_on_interrupt;
 
   /// Throws Interrupted when a stop was asked for.
   void check_stop() const {
@@ -115,6 +118,7 @@ void add_board(const Command& root);
 void add_calibrate(const Command& root);
 void add_align(const Command& root);
 void add_measure(const Command& root);
+void add_resume(const Command& root);
 void add_devices(const Command& root);
 void add_home(const Command& root);
 void add_jog(const Command& root);

@@ -223,11 +223,11 @@ int run_command_line(int argc, char** argv) {
   const Command root(app, context);
   root.require_subcommand();
   for (const auto add :
-       {add_demo,        add_materials, add_train,    add_plan,    add_rig,     add_board,
-        add_calibrate,   add_align,     add_measure,  add_devices, add_home,    add_jog,
-        add_goto,        add_park,      add_shutter,  add_snap,    add_status,  add_reduce,
-        add_reconstruct, add_sample,    add_evaluate, add_compare, add_convert, add_render,
-        add_report,      add_completion}) {
+       {add_demo,      add_materials,   add_train,     add_plan,     add_rig,     add_board,
+        add_calibrate, add_align,       add_measure,   add_resume,   add_devices, add_home,
+        add_jog,       add_goto,        add_park,      add_shutter,  add_snap,    add_status,
+        add_reduce,    add_reconstruct, add_sample,    add_evaluate, add_compare, add_convert,
+        add_render,    add_report,      add_completion}) {
     add(root);
   }
   try {
@@ -247,8 +247,9 @@ int run_command_line(int argc, char** argv) {
   context.console.verbosity = context.quiet ? -1 : (context.verbose ? 1 : 0);
   try {
     parallel::set_thread_count(context.threads);
-    const StopSignals signals;
+    StopSignals signals;
     context.stop = signals.token();
+    context.pause_on_interrupt = [&signals] { return signals.pause_on_interrupt(); };
     return context.action();
   } catch (const devices::DeviceError& error) {
     const Failure failure = describe(error);

@@ -44,6 +44,77 @@ bool realises(const rig::RigDescription& rig, const rig::PoseSolution& pose,
          kTolerance;
 }
 
+void require_realised(const samples::CsvReader& reader, const samples::CsvRow& row,
+                      std::size_t branch_column, const rig::RigDescription& rig,
+                      const rig::Inverse& inverse, const acquisition::PlannedPoint& point) {
+  if (!realises(rig, point.pose, point.direction)) {
+    throw DataFormatError(reader.path(), fmt::format("line {}", row.line),
+                          fmt::format("the joints do not realise this direction, branch {}, on "
+                                      "rig {}: plan again with its calibration; for an aligned "
+                                      "sample leave the joints' columns out",
+                                      row.cells[branch_column], rig.name));
+  }
+  if (!inverse.on_named_side(point.direction, point.pose)) {
+    throw DataFormatError(reader.path(), reader.place(row, branch_column),
+                          fmt::format("found {:?}, but the joints stand on the other lamp side",
+                                      row.cells[branch_column]));
+  }
+}
+
+std::size_t required_column(const samples::CsvReader& reader, const std::string& name) {
+  if (const auto column = reader.column(name)) return *column;
+  throw DataFormatError(reader.path(), fmt::format("line {}", reader.header_line()),
+                        "found no column " + name);
+}
+
+enum class Realised { required, known };
+
+/// Points of a file with the columns of plan_text().
+acquisition::MeasurementPlan poses_of(samples::CsvReader reader, const rig::RigDescription& rig,
+                                      Realised realised) {
+  const rig::TravelModel travel(rig);
+  const rig::Inverse inverse(rig);
+  const std::size_t theta_h_column = required_column(reader, "theta_h_deg");
+  const std::size_t theta_d_column = required_column(reader, "theta_d_deg");
+  const std::size_t phi_d_column = required_column(reader, "phi_d_deg");
+  const std::size_t branch_column = required_column(reader, "branch");
+  const auto predicted_column = reader.column("predicted_s");
+  acquisition::MeasurementPlan plan;
+  rig::Joints before = rig.home();
+  while (const auto row = reader.next()) {
+    acquisition::PlannedPoint point;
+    const auto angle = [&](std::size_t column, double min, double max) {
+      return Angle::from_degrees(reader.number_within(*row, column, min, max));
+    };
+    point.direction.theta_h = angle(theta_h_column, 0.0, 90.0);
+    point.direction.theta_d = angle(theta_d_column, 0.0, 90.0);
+    point.direction.phi_d = angle(phi_d_column, -180.0, 180.0);
+    for (const rig::Axis& axis : rig.axes) {
+      point.pose.joints.push_back(angle(required_column(reader, joint_column(axis)),
+                                        axis.min.degrees() - 1e-6, axis.max.degrees() + 1e-6));
+    }
+    const std::string& branch = row->cells[branch_column];
+    point.pose.mirrored = branch.size() == 2 && branch[1] == '\'';
+    if (branch.empty() || branch[0] < 'A' || branch[0] > 'D' ||
+        branch.size() != (point.pose.mirrored ? 2U : 1U)) {
+      throw DataFormatError(reader.path(), reader.place(*row, branch_column),
+                            fmt::format("found {:?}, expected A, B, C or D", branch));
+    }
+    point.pose.branch = static_cast<rig::Branch>(branch[0] - 'A');
+    if (realised == Realised::required) {
+      require_realised(reader, *row, branch_column, rig, inverse, point);
+    }
+    point.travel_s = travel.seconds(before, point.pose.joints);
+    point.predicted_s = point.travel_s;
+    if (predicted_column) point.predicted_s = reader.number_within(*row, *predicted_column, 0, 1e6);
+    before = point.pose.joints;
+    plan.travel_s += point.travel_s;
+    plan.duration_s += point.predicted_s;
+    plan.points.push_back(std::move(point));
+  }
+  return plan;
+}
+
 }  // namespace
 
 std::string plan_text(const rig::RigDescription& rig, const acquisition::MeasurementPlan& plan,
@@ -83,53 +154,14 @@ bool has_poses(const std::filesystem::path& path, const rig::RigDescription& rig
 acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
                                         const rig::RigDescription& rig) {
   // Checks ranges, the horizon and duplicates.
-  const std::vector<samples::Direction> directions = samples::read_directions(path);
-  samples::CsvReader reader(path);
-  const rig::TravelModel travel(rig);
-  const rig::Inverse inverse(rig);
-  const std::size_t branch_column = *reader.column("branch");
-  const auto predicted_column = reader.column("predicted_s");
-  acquisition::MeasurementPlan plan;
-  rig::Joints before = rig.home();
-  for (const samples::Direction& direction : directions) {
-    const auto row = reader.next();
-    if (!row) break;
-    acquisition::PlannedPoint point;
-    point.direction = direction.angles;
-    for (const rig::Axis& axis : rig.axes) {
-      const std::size_t column = *reader.column(joint_column(axis));
-      point.pose.joints.push_back(Angle::from_degrees(reader.number_within(
-          *row, column, axis.min.degrees() - 1e-6, axis.max.degrees() + 1e-6)));
-    }
-    const std::string& branch = row->cells[branch_column];
-    point.pose.mirrored = branch.size() == 2 && branch[1] == '\'';
-    if (branch.empty() || branch[0] < 'A' || branch[0] > 'D' ||
-        branch.size() != (point.pose.mirrored ? 2U : 1U)) {
-      throw DataFormatError(path, reader.place(*row, branch_column),
-                            fmt::format("found {:?}, expected A, B, C or D", branch));
-    }
-    point.pose.branch = static_cast<rig::Branch>(branch[0] - 'A');
-    if (!realises(rig, point.pose, point.direction)) {
-      throw DataFormatError(path, fmt::format("line {}", row->line),
-                            fmt::format("the joints do not realise this direction, branch {}, on "
-                                        "rig {}: plan again with its calibration; for an aligned "
-                                        "sample leave the joints' columns out",
-                                        branch, rig.name));
-    }
-    if (!inverse.on_named_side(point.direction, point.pose)) {
-      throw DataFormatError(
-          path, reader.place(*row, branch_column),
-          fmt::format("found {:?}, but the joints stand on the other lamp side", branch));
-    }
-    point.travel_s = travel.seconds(before, point.pose.joints);
-    point.predicted_s = point.travel_s;
-    if (predicted_column) point.predicted_s = reader.number_within(*row, *predicted_column, 0, 1e6);
-    before = point.pose.joints;
-    plan.travel_s += point.travel_s;
-    plan.duration_s += point.predicted_s;
-    plan.points.push_back(std::move(point));
-  }
-  return plan;
+  samples::read_directions(path);
+  return poses_of(samples::CsvReader(path), rig, Realised::required);
+}
+
+acquisition::MeasurementPlan stored_poses(const std::string& text,
+                                          const std::filesystem::path& place,
+                                          const rig::RigDescription& rig) {
+  return poses_of(samples::CsvReader(place, text), rig, Realised::known);
 }
 
 }  // namespace gonio::cli

@@ -31,4 +31,10 @@ bool has_poses(const std::filesystem::path& path, const rig::RigDescription& rig
 acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
                                         const rig::RigDescription& rig);
 
+/// The points as plan_text() wrote them, from a session's archive. That they realise their
+/// directions was found out then; `place` names the text in errors.
+acquisition::MeasurementPlan stored_poses(const std::string& text,
+                                          const std::filesystem::path& place,
+                                          const rig::RigDescription& rig);
+
 }  // namespace gonio::cli

@@ -16,6 +16,7 @@
 #include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
 #include "gonio/version/version.h"
+#include "plan_file.h"
 
 namespace gonio::cli {
 namespace {
@@ -24,9 +25,36 @@ constexpr const char* kRigText = "rig.toml";
 constexpr const char* kPlanText = "plan.csv";
 constexpr const char* kCalibrationText = "calibration.json";
 
+/// Who the devices are, as far as a session remembers.
+acquisition::SessionMetadata device_metadata(const SessionSetup& session, OpenedRig& rig) {
+  const devices::CameraInfo camera = rig.devices().camera->info();
+  acquisition::SessionMetadata metadata{{"camera", camera.model + " " + camera.serial}};
+  if (session.simulated) return metadata;
+  for (const DeviceIdentity& each : rig.identities()) {
+    metadata["device_" + each.device] = each.identity;
+  }
+  return metadata;
+}
+
+/// Throws UsageError when a session would go on with other devices.
+void require_same_devices(const SessionSetup& session, const SessionToResume& resumed,
+                          OpenedRig& rig) {
+  for (const auto& [key, found] : device_metadata(session, rig)) {
+    const auto expected = resumed.metadata.find(key);
+    if (expected != resumed.metadata.end() && expected->second == found) continue;
+    throw UsageError(
+        fmt::format("{}: {} is {:?}, the session was begun with {:?}", session.archive.string(),
+                    key, found, expected == resumed.metadata.end() ? "none" : expected->second),
+        "connect the devices it was begun with, or begin a new session");
+  }
+}
+
+std::string absolute_text(const std::filesystem::path& path) {
+  return std::filesystem::absolute(path).lexically_normal().string();
+}
+
 acquisition::SessionMetadata metadata_of(const SessionSetup& session,
                                          const std::string& calibration, OpenedRig& rig) {
-  const devices::CameraInfo camera = rig.devices().camera->info();
   std::string lamp;
   for (const devices::LightChannel& channel : rig.devices().light->channels()) {
     lamp +=
@@ -41,12 +69,12 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
       {"rig", session.rig.rig.name},
       {"driver", session.simulated ? "simulated" : "hardware"},
       {"radiometric_scale", std::string(brdf::to_string(session.material.scale))},
-      {"camera", camera.model + " " + camera.serial},
       {"lamp_channels", lamp},
       {"calibration", session.instrument.id},
       {"calibration_sha256", files::sha256_of_bytes(calibration)},
       {"plan_sha256", files::sha256_of_bytes(session.plan_text)},
       {"white_reference", session.instrument.white.id},
+      {"rig_file", session.rig.path.empty() ? "" : absolute_text(session.rig.path)},
       {"provenance_started_utc",
        fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr)))}};
   if (session.calibration) {
@@ -57,12 +85,10 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
   metadata.insert(session.alignment.begin(), session.alignment.end());
   if (session.simulated) {
     metadata["simulated_material"] = session.material_name;
+    metadata["simulated_material_source"] = session.material_source;
     metadata["seed"] = std::to_string(session.seed);
-  } else {
-    for (const DeviceIdentity& each : rig.identities()) {
-      metadata["device_" + each.device] = each.identity;
-    }
   }
+  metadata.merge(device_metadata(session, rig));
   return metadata;
 }
 
@@ -76,8 +102,24 @@ void check(const acquisition::DeviceSet& devices, const SessionSetup& session) {
   }
 }
 
-std::unique_ptr<OpenedRig> open_simulated(const SessionSetup& session) {
-  return open_simulated_rig(simulated_world(session.rig, session.material.model, session.seed));
+/// Time has gone on, and the axes were switched on again, since a session to resume died.
+std::unique_ptr<OpenedRig> open_simulated(const SessionSetup& session,
+                                          const std::optional<SessionToResume>& resumed = {}) {
+  sim::SimOptions world = simulated_world(session.rig, session.material.model, session.seed);
+  if (resumed) {
+    world.begins_at = resumed->state.last_time + resumed->outage;
+    world.power_ups = static_cast<std::uint64_t>(resumed->state.parts);
+  }
+  return open_simulated_rig(world);
+}
+
+acquisition::SessionWriter resume_archive(const SessionSetup& session, SessionToResume& resumed,
+                                          std::chrono::nanoseconds now) {
+  return acquisition::SessionWriter::resume(
+      session.archive, std::move(resumed.lock), resumed.state.last_time + resumed.outage, now,
+      fmt::format("by {} {} at {:%Y-%m-%dT%H:%M:%SZ}, {} of {} points done", "gonio", version(),
+                  fmt::gmtime(std::time(nullptr)), resumed.state.done.size(),
+                  session.plan.points.size()));
 }
 
 /// With the changer that the white's placement asks for. `person` must outlive what is returned.
@@ -104,10 +146,11 @@ void check_session(const SessionSetup& session) {
 }
 
 acquisition::SessionResult run_session(const Console& console, SessionSetup session,
-                                       std::stop_token stop) {
+                                       std::stop_token stop, std::stop_token pause,
+                                       std::optional<SessionToResume> resumed) {
   // What can be refused is refused before a device is opened.
   if (!session.simulated) check_session(session);
-  const auto rig = session.simulated ? open_simulated(session)
+  const auto rig = session.simulated ? open_simulated(session, resumed)
                                      : open_hardware_rig(session.rig, Parts::all, stop);
   // A world in this process may stand in for a rig of metal, whose devices it is not.
   const bool own_devices = !session.simulated || session.rig.driver == RigFile::Driver::simulated;
@@ -115,7 +158,11 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   AskingChanger person(rig->devices().changer);
   const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
   check(devices, session);
+  if (resumed) require_same_devices(session, *resumed, *rig);
   const std::string calibration = instrument::to_json(session.instrument);
+  // Run as it is stored, to the last bit: a session that is resumed goes to the same places.
+  const std::string poses = plan_text(session.instrument.rig, session.plan, {}, {});
+  session.plan.points = stored_poses(poses, kPosesText, session.instrument.rig).points;
   Progress progress(console, "measuring");
   const std::optional<double> time_scale =
       session.simulated ? session.rig.world.time_scale : std::optional(rig->time_scale());
@@ -132,13 +179,19 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
     }
     console.detail(fmt::format("  {:8.1f} s  {}", now.elapsed_s, words));
   };
-  acquisition::SessionWriter archive(session.archive, metadata_of(session, calibration, *rig),
-                                     {{kRigText, rig_file_text(session.rig, false)},
-                                      {kPlanText, session.plan_text},
-                                      {kCalibrationText, calibration}});
+  acquisition::SessionWriter archive =
+      resumed ? resume_archive(session, *resumed, devices.clock->now())
+              : acquisition::SessionWriter(session.archive, metadata_of(session, calibration, *rig),
+                                           {{kRigText, rig_file_text(session.rig, false)},
+                                            {kPlanText, session.plan_text},
+                                            {kPosesText, poses},
+                                            {kCalibrationText, calibration}});
+  acquisition::SessionPart part;
+  if (resumed) part.done = resumed->state.done;
+  part.pause = std::move(pause);
   acquisition::SessionResult result =
       acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
-                               archive, show, std::move(stop));
+                               archive, show, std::move(stop), part);
   rig->require_safe();
   return result;
 }

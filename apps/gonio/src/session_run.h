@@ -5,6 +5,7 @@
 #include <stop_token>
 #include <string>
 
+#include "gonio/acquisition/resume.h"
 #include "gonio/acquisition/session.h"
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/console/console.h"
@@ -35,7 +36,8 @@ struct SessionSetup {
   bool simulated = true;
   SampleMaterial material;  ///< lies on a simulated rig
   std::string material_name;
-  std::uint64_t seed = 1;  ///< of the simulated world
+  std::string material_source;  ///< to be named by again: a file or builtin:NAME; may be empty
+  std::uint64_t seed = 1;       ///< of the simulated world
   SessionLabels labels;
   std::filesystem::path archive;  ///< folder to create
   std::optional<SessionCalibration> calibration;
@@ -44,15 +46,25 @@ struct SessionSetup {
   bool ask_person = false;                 ///< white placement manual: ask at the terminal
 };
 
+/// A session of before to go on with. Its setup is that of its archive.
+struct SessionToResume {
+  acquisition::ResumeState state;
+  acquisition::SessionMetadata metadata;
+  files::ProcessLock lock;  ///< session_lock(), taken before the archive was read
+  std::chrono::nanoseconds outage{0};
+};
+
 /// The check before anything moves, alone, on a simulated rig even for one of metal: nothing is
 /// opened. Throws UsageError.
 void check_session(const SessionSetup& session);
 
 /// Checks and runs it; progress goes to the console. A session that is refused before anything
 /// moved leaves no archive and throws UsageError; so is one whose calibration is expired, stale or
-/// another rig's, unless it is accepted.
+/// another rig's, unless it is accepted. With `resumed`, goes on with the archive there is; throws
+/// UsageError when the devices are not those it was begun with.
 acquisition::SessionResult run_session(const Console& console, SessionSetup session,
-                                       std::stop_token stop = {});
+                                       std::stop_token stop = {}, std::stop_token pause = {},
+                                       std::optional<SessionToResume> resumed = std::nullopt);
 
 /// A finished or killed session with what it was made with.
 struct StoredSession {
@@ -65,6 +77,9 @@ struct StoredSession {
 /// With `calibration`: these constants instead of the stored ones.
 StoredSession open_session(const std::filesystem::path& folder,
                            const std::string& calibration = "");
+
+/// The name in an archive's configuration of the plan as it is run, with poses (stored_poses()).
+inline constexpr const char* kPosesText = "poses.csv";
 
 /// Metadata by key, or nothing.
 std::string metadata(const acquisition::SessionReader& archive, const std::string& key);

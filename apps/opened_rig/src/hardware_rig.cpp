@@ -21,6 +21,7 @@
 #include "gonio/devices/steady_clock.h"
 #include "gonio/modbus_stage/modbus_stage.h"
 #include "gonio/opened_rig/opened_rig.h"
+#include "gonio/opened_rig/rig_lock.h"
 #include "gonio/opened_rig/watchdog.h"
 #include "gonio/setup/drive_profile_file.h"
 #include "gonio/usb_bus/ftdi_port.h"
@@ -128,7 +129,8 @@ class HardwareRig final : public OpenedRig {
   /// Opening moves nothing. The axes come first: their ports have one master, and whoever is second
   /// must not touch the lamp of the first.
   HardwareRig(const RigFile& rig, Parts parts, const std::stop_token& stop)
-      : clock_(time_scale_of_environment()),
+      : lock_(rig, parts),
+        clock_(time_scale_of_environment()),
         watchdog_(rig, [this] { unwatched(); }),
         buses_(rig.devices) {
     const auto require_wanted = [&] {
@@ -237,6 +239,7 @@ class HardwareRig final : public OpenedRig {
                        who.firmware);
   }
 
+  RigLock lock_;  ///< outlives everything that drives
   std::mutex opened_mutex_;
   bool opened_ = false;
   std::atomic<bool> lost_watchdog_ = false;

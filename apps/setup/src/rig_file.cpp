@@ -235,7 +235,7 @@ void visit_simulation(ConfigVisitor& v, RigFile& file) {
     v.angle("homing_sigma_deg", file.axis_errors.homing_sigma, {0.0, 5.0}, "");
     v.angle("positioning_sigma_deg", file.axis_errors.positioning_sigma, {0.0, 5.0}, "");
     v.flag("white_light", file.white_light, "one white lamp channel instead of R, G, B");
-    v.number("lamp_drift_sigma", world.lamp.drift_sigma, kShare, "");
+    v.number("lamp_drift_sigma", world.lamp.drift_sigma, kShare, "0: its light is steady");
     v.number("stray_fraction", world.lamp.stray_fraction, kShare, "of the lamp's light");
     v.number("lamp_polarisation", world.lamp.polarisation, kShare,
              "share of its light that is linearly polarised");

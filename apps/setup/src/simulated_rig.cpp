@@ -124,6 +124,8 @@ sim::SimOptions simulated_world(const RigFile& file,
   sim::SimOptions world =
       file.hidden ? hidden_world(file, material, seed) : described_world(file, material, seed);
   world.seed = seed;
+  // Without drift the lamp is also warm: its light is the same at any time.
+  if (world.lamp.drift_sigma == 0.0) world.lamp.warm_up_amplitude = 0.0;
   // A target is a little larger than the part of it that is used.
   constexpr double kSampleRim_mm = 2.0;
   constexpr double kWhiteRim_mm = 4.0;
@@ -228,6 +230,7 @@ acquisition::DeviceSet devices_of(sim::SimGoniometer& world) {
   devices.monitor = &world.lamp_monitor();
   devices.changer = &world.target_changer();
   devices.clock = &world.clock();
+  devices.begin_subject = [&world](std::uint64_t subject) { world.begin_subject(subject); };
   return devices;
 }
 

@@ -80,7 +80,10 @@ std::string_view trimmed(std::string_view text) {
 }
 
 CsvReader::CsvReader(const std::filesystem::path& path)
-    : path_(path), text_(files::read_text_file(path)) {
+    : CsvReader(path, files::read_text_file(path)) {}
+
+CsvReader::CsvReader(const std::filesystem::path& place, std::string text)
+    : path_(place), text_(std::move(text)) {
   if (text_.compare(0, 3, "\xEF\xBB\xBF") == 0) position_ = 3;
   const auto line = next_content_line();
   if (!line) throw DataFormatError(path_, line_place(line_ + 1), "found no header line");

@@ -1,12 +1,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +17,7 @@
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/atomic_folder.h"
 #include "gonio/files/input_file.h"
+#include "gonio/files/process_lock.h"
 #include "gonio/files/sha256.h"
 #include "gonio/files/text_file.h"
 #include "temporary_folder.h"
@@ -286,6 +290,63 @@ TEST_F(InputFileTest, ReadsThroughALinkAndSaysWhereTheFileEnds) {
   EXPECT_EQ(three[2], std::byte{'l'});
   EXPECT_THAT([&] { file.read(three); },
               ThrowsMessage<DataFormatError>(HasSubstr("link: byte 5: the file ends here")));
+}
+
+class ProcessLockTest : public ::testing::Test {
+ protected:
+  /// A process that holds the lock until it is killed; returns once it does.
+  static pid_t hold(const fs::path& path) {
+    std::array<int, 2> said{};
+    EXPECT_EQ(::pipe(said.data()), 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const ProcessLock lock(path);
+      [[maybe_unused]] const ssize_t written = ::write(said[1], "h", 1);
+      while (true) ::pause();
+    }
+    char held = 0;
+    EXPECT_EQ(::read(said[0], &held, 1), 1);
+    ::close(said[0]);
+    ::close(said[1]);
+    return child;
+  }
+
+  TemporaryFolder folder_;
+  fs::path path_ = folder_ / "a.lock";
+};
+
+TEST_F(ProcessLockTest, NamesTheLiveProcessThatHoldsItAndIsFreeOnceThatIsKilled) {
+  EXPECT_FALSE(lock_holder(path_).has_value()) << "there is no such file";
+  const pid_t child = hold(path_);
+  EXPECT_EQ(lock_holder(path_), child);
+  try {
+    const ProcessLock second(path_);
+    ADD_FAILURE() << "two hold it";
+  } catch (const HeldByAnother& error) {
+    EXPECT_EQ(error.holder(), child);
+    EXPECT_THAT(error.what(), HasSubstr("process " + std::to_string(child) + " is using it"));
+  }
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+  EXPECT_FALSE(lock_holder(path_).has_value());
+  const ProcessLock mine(path_);
+  EXPECT_EQ(lock_holder(path_), ::getpid());
+}
+
+TEST_F(ProcessLockTest, IsHeldOnceInAProcessAndMovesWithItsOwner) {
+  std::optional<ProcessLock> first(std::in_place, path_);
+  EXPECT_THROW(ProcessLock{path_}, HeldByAnother);
+  std::optional<ProcessLock> owner(std::move(*first));
+  first.reset();
+  EXPECT_THROW(ProcessLock{path_}, HeldByAnother);
+  owner.reset();
+  EXPECT_NO_THROW(ProcessLock{path_});
+}
+
+TEST_F(ProcessLockTest, FollowsNoLink) {
+  fs::create_symlink(folder_ / "elsewhere", path_);
+  EXPECT_THROW(ProcessLock{path_}, FileError);
+  EXPECT_FALSE(fs::exists(folder_ / "elsewhere"));
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <chrono>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <stop_token>
@@ -30,6 +32,9 @@ struct DeviceSet {
   devices::Clock* clock = nullptr;
   /// What the devices have to say at the end, for the archive: retries, gaps. Optional.
   std::function<std::vector<std::string>()> remarks;
+  /// Told what the moves and frames that follow are for: 0 the darks, 1 the white, 2 + i point i. A
+  /// simulated world draws its noise by it, so that it does not matter what came before. Optional.
+  std::function<void(std::uint64_t)> begin_subject;
 };
 
 /// The pre-run check refused a session: nothing has moved. One line names the device, axis, option
@@ -78,11 +83,18 @@ struct SessionProgress {
 };
 
 struct SessionResult {
-  int measured = 0;
-  std::vector<PointRecord> points;
+  int measured = 0;                 ///< with those done before
+  std::vector<PointRecord> points;  ///< of this run
   std::vector<std::string> warnings;
   double duration_s = 0.0;
-  bool complete = false;  ///< false: interrupted or points failed
+  bool finished = false;  ///< came to its end; false: interrupted, to be resumed
+  bool complete = false;  ///< and every point was measured
+};
+
+/// A session that does not begin at its beginning, or may not come to its end.
+struct SessionPart {
+  std::map<int, PointOutcome> done;  ///< points not to be measured again
+  std::stop_token pause;             ///< asks to end once the point under way is acknowledged
 };
 
 /// What run_session() does first: everything that can be known to be wrong before anything moves:
@@ -95,13 +107,15 @@ void check_before_motion(const DeviceSet& devices, const instrument::Instrument&
 /// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before
 /// the check has passed. Every exit path, also an exception, stops all axes and closes the shutter.
 ///
+/// Again    With points `part` says are done, it does all this but for those points: new darks and
+///          an opening white of their own come before the rest (resume_state()).
 /// Threads  Blocks; `stop` may be requested from any thread: the point under way is abandoned, the
-///          axes stop, the archive stays readable.
+///          axes stop, the archive stays readable. `part.pause` likewise: the point is finished.
 /// Throws   PreflightError (nothing has moved), devices::DeviceError.
 SessionResult run_session(const DeviceSet& devices, const instrument::Instrument& instrument,
                           const MeasurementPlan& plan, const SessionOptions& options,
                           SessionWriter& archive,
                           const std::function<void(const SessionProgress&)>& progress = {},
-                          std::stop_token stop = {});
+                          std::stop_token stop = {}, const SessionPart& part = {});
 
 }  // namespace gonio::acquisition

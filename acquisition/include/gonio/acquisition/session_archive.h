@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "gonio/devices/frame.h"
+#include "gonio/files/process_lock.h"
 #include "gonio/rig/kinematics.h"
 
 namespace gonio::acquisition {
@@ -63,16 +65,26 @@ using SessionMetadata = std::map<std::string, std::string>;
 /// rows never updated or deleted, each with its own checksum: the truth) and `frames/*.tiff` (16
 /// bit, written under a temporary name, synced, renamed, checksummed, then committed).
 ///
-/// State    What a call acknowledged survives a kill at any later instant.
+/// State    What a call acknowledged survives a kill or a power cut at any later instant
+///          (docs/adr/0006). Locked against other writers while the object lives: `session.lock`.
 /// Threads  One.
 /// Errors   std::system_error / DataFormatError with path; the archive stays readable.
 class SessionWriter {
  public:
-  /// Refuses an existing path. `configuration` files (resolved rig, plan, calibration) are stored
-  /// as text under their names.
+  /// Refuses an existing path. What is given is written whole or not at all. `configuration` files
+  /// (resolved rig, plan, calibration) are stored as text under their names.
   SessionWriter(const std::filesystem::path& folder, const SessionMetadata& metadata,
                 const std::map<std::string, std::string>& configuration);
+  /// Goes on with a session that was not finished. Files beside the journal that no row tells of,
+  /// left by a kill, are removed and named in notes of kind "cut back". A note of kind "resumed"
+  /// with `text` begins the new part at `begins_at`, which becomes the session's time of `now`,
+  /// device clock. `lock` is that of session_lock(), taken before the archive was read. Throws
+  /// std::logic_error for a finished session.
+  static SessionWriter resume(const std::filesystem::path& folder, files::ProcessLock lock,
+                              std::chrono::nanoseconds begins_at, std::chrono::nanoseconds now,
+                              const std::string& text);
   ~SessionWriter();
+  SessionWriter(SessionWriter&& other) noexcept;
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
@@ -86,8 +98,12 @@ class SessionWriter {
 
  private:
   struct State;
+  explicit SessionWriter(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
+
+/// The file in an archive that its writer holds (files::lock_holder()).
+std::filesystem::path session_lock(const std::filesystem::path& folder);
 
 struct SessionNote {
   std::chrono::nanoseconds at{0};
@@ -110,6 +126,14 @@ class SessionReader {
   const std::vector<std::string>& damage() const { return damage_; }
   bool finished() const { return finished_; }
 
+  /// Frames named in damage(): rows `first` to `last`. Whose they were, where the row still tells.
+  struct LostFrames {
+    std::int64_t first = 0;
+    std::int64_t last = 0;
+    std::optional<int> point;
+  };
+  const std::vector<LostFrames>& lost_frames() const { return lost_frames_; }
+
   /// Width and height in px of a frame of frames().
   std::pair<int, int> frame_size(const FrameRecord& record) const;
   /// Reads a frame's pixels and verifies its checksum. Throws DataFormatError.
@@ -123,6 +147,7 @@ class SessionReader {
   std::vector<PointRecord> points_;
   std::vector<SessionNote> notes_;
   std::vector<std::string> damage_;
+  std::vector<LostFrames> lost_frames_;
   std::map<std::int64_t, devices::Frame> shapes_;  ///< per frame id, without pixels
   bool finished_ = false;
 };

@@ -24,8 +24,12 @@ class Joint {
  public:
   using Time = devices::Clock::Duration;
 
-  /// Stands somewhere within the limits, as after power-up.
-  Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t seed, std::size_t index);
+  /// Stands somewhere within the limits, as after power-up; `power_ups` as in SimOptions.
+  Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t seed, std::size_t index,
+        std::uint64_t power_ups = 0);
+
+  /// See SimGoniometer::begin_subject().
+  void begin_subject(std::uint64_t subject);
 
   /// How a drive was told to travel.
   struct Pace {
@@ -59,6 +63,7 @@ class Joint {
     double motor_rad;  ///< at the start
     double shaft_rad;
     MotionProfile profile;
+    double end_rad;  ///< of the motor: where it was sent, to the last bit, from wherever it came
     Time end;
     Time arrived;
     Time settled;
@@ -73,7 +78,8 @@ class Joint {
 
   const Segment& segment_at(Time time) const;
   State state_at(Time time) const;
-  void append(const MotionProfile& profile, Time start, Time search, Time settle, bool rings);
+  void append(const MotionProfile& profile, double end_rad, Time start, Time search, Time settle,
+              bool rings);
   void brake_locked(Time now);
   Time drive_to(double motor_rad, Time now, Time search, const Pace& pace);
 

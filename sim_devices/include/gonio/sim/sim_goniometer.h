@@ -22,9 +22,9 @@ class Joint;
 /// Time     Virtual (VirtualClock). Waiting for an axis, homing, exposing, changing the target and
 ///          Clock::wait_until() let it pass; nothing else does, unless the options say that it runs
 ///          by itself. Timeouts count virtual time.
-/// Noise    Every random value is a function of the seed and of what it belongs to (pixel, frame,
-///          axis and move, second of drift): the same calls give the same bytes on any number of
-///          threads.
+/// Noise    Every random value is a function of the seed and of what it belongs to (subject, pixel,
+///          frame, axis and move, second of drift): the same calls give the same bytes on any
+///          number of threads.
 /// State    As after power-up: axes somewhere within their limits and not homed, shutter closed,
 ///          the sample mounted.
 /// Threads  As each interface says; devices of one world may be controlled from different threads
@@ -41,6 +41,12 @@ class SimGoniometer {
 
   /// The world of nominal_options().
   static SimGoniometer nominal(std::shared_ptr<const brdf::BrdfModel> material, std::uint64_t seed);
+
+  /// The frames, monitor readings and moves that follow are for a subject: a point of a session,
+  /// its white, its darks. Their noise is counted anew from here, so that a subject has the same
+  /// noise whatever came before it: the world that a session is resumed in agrees with the one that
+  /// died. `subject` below 2^32; 0 until it is called.
+  void begin_subject(std::uint64_t subject);
 
   devices::Clock& clock();
   std::size_t axis_count() const;

@@ -240,8 +240,12 @@ struct SimOptions {
   /// Of what differs from session to session on one rig: shot and read noise, monitor readings.
   /// None: the seed.
   std::optional<std::uint64_t> noise_seed;
-  std::optional<double> time_scale;  ///< real pace, see VirtualClock
-  bool runs_by_itself = false;       ///< time passes without anybody waiting; needs a time scale
+  /// How often it was switched on before: where the axes then stand and what homing misses the mark
+  /// by are new each time.
+  std::uint64_t power_ups = 0;
+  std::chrono::nanoseconds begins_at{0};  ///< its clock, when it is switched on
+  std::optional<double> time_scale;       ///< real pace, see VirtualClock
+  bool runs_by_itself = false;  ///< time passes without anybody waiting; needs a time scale
 
   void validate() const;
 };

@@ -23,9 +23,9 @@ class VirtualClock final : public devices::Clock {
   enum class Between { stands_still, runs };  ///< what it does while nobody waits
 
   /// Throws std::invalid_argument unless `time_scale`, when given, is positive and finite, and when
-  /// a clock that runs has none.
+  /// a clock that runs has none. It begins at `start`.
   explicit VirtualClock(std::optional<double> time_scale = std::nullopt,
-                        Between between = Between::stands_still);
+                        Between between = Between::stands_still, Duration start = Duration(0));
 
   Duration now() const override;
   void wait_until(Duration time) override;
@@ -39,7 +39,8 @@ class VirtualClock final : public devices::Clock {
 
   std::optional<double> time_scale_;
   std::optional<devices::SteadyClock> running_;
-  std::atomic<Duration::rep> now_ns_{0};
+  Duration start_;  ///< of a clock that runs
+  std::atomic<Duration::rep> now_ns_;
 };
 
 }  // namespace gonio::sim

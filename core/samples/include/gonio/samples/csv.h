@@ -34,6 +34,8 @@ class CsvReader {
  public:
   /// Reads the file and its header.
   explicit CsvReader(const std::filesystem::path& path);
+  /// The same of a text; `place` names it in errors.
+  CsvReader(const std::filesystem::path& place, std::string text);
 
   const std::vector<std::string>& header() const { return header_; }
   int header_line() const { return header_line_; }

@@ -1,0 +1,71 @@
+#include "gonio/acquisition/resume.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "session_parts.h"
+
+namespace gonio::acquisition {
+namespace {
+
+/// Points that lost a frame. Of a row that cannot be read it is not known whose frame it was: it
+/// may have been that of the frame before it or of the one after.
+std::set<int> points_with_lost_frames(const SessionReader& archive) {
+  std::set<int> points;
+  const std::vector<FrameRecord>& frames = archive.frames();
+  for (const SessionReader::LostFrames& lost : archive.lost_frames()) {
+    if (lost.point) {
+      points.insert(*lost.point);
+      continue;
+    }
+    const auto after =
+        std::upper_bound(frames.begin(), frames.end(), lost.last,
+                         [](std::int64_t id, const FrameRecord& frame) { return id < frame.id; });
+    if (after != frames.end()) points.insert(after->point);
+    const auto before =
+        std::lower_bound(frames.begin(), frames.end(), lost.first,
+                         [](const FrameRecord& frame, std::int64_t id) { return frame.id < id; });
+    if (before != frames.begin()) points.insert(std::prev(before)->point);
+  }
+  return points;
+}
+
+}  // namespace
+
+ResumeState resume_state(const SessionReader& archive) {
+  ResumeState state;
+  state.finished = archive.finished();
+  const SessionParts parts(archive);
+  state.parts = static_cast<int>(parts.count());
+  std::map<int, const PointRecord*> last;
+  for (const PointRecord& point : archive.points()) {
+    last[point.point] = &point;
+    state.last_time = std::max(state.last_time, point.finished_at);
+  }
+  std::set<int> with_frames;
+  for (const FrameRecord& frame : archive.frames()) {
+    state.last_time = std::max(state.last_time, frame.exposure_start + frame.exposure);
+    const auto point = last.find(frame.point);
+    if (point != last.end() && parts.of(frame) == parts.of(*point->second)) {
+      with_frames.insert(frame.point);
+    }
+  }
+  for (const SessionNote& note : archive.notes()) {
+    state.last_time = std::max(state.last_time, note.at);
+  }
+  const std::set<int> damaged = points_with_lost_frames(archive);
+  for (const auto& [index, point] : last) {
+    if (point->outcome == PointOutcome::Failed) {
+      state.again.push_back(fmt::format("point {} had failed", index));
+    } else if (damaged.contains(index) || !with_frames.contains(index)) {
+      state.again.push_back(fmt::format("point {} has lost frames", index));
+    } else {
+      state.done[index] = point->outcome;
+    }
+  }
+  return state;
+}
+
+}  // namespace gonio::acquisition

@@ -1,0 +1,145 @@
+#include <fmt/format.h>
+
+#include <charconv>
+#include <chrono>
+#include <ctime>
+
+#include "command.h"
+#include "gonio/brdf/diffuse_models.h"
+#include "gonio/errors/errors.h"
+#include "plan_file.h"
+#include "session_end.h"
+
+namespace gonio::cli {
+namespace {
+
+struct ResumeOptions {
+  std::string session;
+  double outage_s = 0.0;
+  bool yes = false;
+};
+
+/// Waited in vain: a live process is measuring it.
+files::ProcessLock lock_of(const std::filesystem::path& folder) {
+  if (!std::filesystem::exists(folder / "session.sqlite")) {
+    throw UsageError(folder.string() + ": found no session.sqlite, expected a session archive");
+  }
+  try {
+    return files::ProcessLock(acquisition::session_lock(folder));
+  } catch (const files::HeldByAnother& error) {
+    throw UsageError(fmt::format("{}: process {} is measuring it", folder.string(), error.holder()),
+                     "gonio status says how far it is");
+  }
+}
+
+/// From the session's last word until now, by the calendar; its clock began with the session.
+std::chrono::nanoseconds outage_until_now(const acquisition::SessionReader& archive,
+                                          std::chrono::nanoseconds last_time) {
+  std::tm started{};
+  const std::string text = metadata(archive, "provenance_started_utc");
+  if (::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &started) == nullptr) {
+    throw DataFormatError(archive.folder(), "metadata provenance_started_utc",
+                          fmt::format("found {:?}, expected a time", text));
+  }
+  const std::chrono::seconds whole(std::time(nullptr) - ::timegm(&started));
+  // A clock that was set back must not set the session's back.
+  return std::max(std::chrono::nanoseconds(0), whole - last_time);
+}
+
+std::uint64_t seed_of(const acquisition::SessionReader& archive) {
+  const std::string text = metadata(archive, "seed");
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error == std::errc() && end == text.data() + text.size()) return seed;
+  throw DataFormatError(archive.folder(), "metadata seed",
+                        fmt::format("found {:?}, expected a whole number", text));
+}
+
+/// What lies on the rig, as at the beginning.
+void set_stored_sample(SessionSetup& session, const acquisition::SessionReader& archive) {
+  if (!session.simulated) {
+    // Only its geometry is looked at, by the check before anything is opened.
+    session.material = {std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)),
+                        brdf::RadiometricScale::si};
+    return;
+  }
+  const std::string source = metadata(archive, "simulated_material_source");
+  if (source.empty()) {
+    throw UsageError(archive.folder().string() +
+                     ": does not say what lies on its simulated rig (made by gonio demo or an "
+                     "earlier version)");
+  }
+  session.material = load_sample(named_material(source));
+  session.seed = seed_of(archive);
+}
+
+/// Everything from the archive: what was given at the beginning may have changed since.
+SessionSetup setup_of(const StoredSession& stored) {
+  const acquisition::SessionReader& archive = stored.archive;
+  SessionSetup session;
+  session.rig = stored.rig;
+  session.rig.path = metadata(archive, "rig_file");  // what the rig file names lies beside it
+  session.instrument = stored.instrument;
+  session.archive = archive.folder();
+  const auto poses = archive.configuration().find(kPosesText);
+  if (poses == archive.configuration().end()) {
+    throw UsageError(fmt::format("{}: configuration: found no {}; an earlier version made it",
+                                 archive.folder().string(), kPosesText));
+  }
+  session.plan = stored_poses(poses->second, archive.folder() / kPosesText, session.instrument.rig);
+  session.simulated = metadata(archive, "driver") == "simulated";
+  set_stored_sample(session, archive);
+  return session;
+}
+
+void tell_what_is_left(const Console& console, const acquisition::SessionReader& archive,
+                       const acquisition::ResumeState& state, std::size_t points) {
+  for (const std::string& damage : archive.damage()) console.warn(damage);
+  for (const std::string& again : state.again) console.warn(again + ", is measured again");
+  console.say(fmt::format("{}: {} of {} points are done; new darks and white, then the rest",
+                          archive.folder().string(), state.done.size(), points));
+}
+
+int resume(Context& context, const ResumeOptions& options) {
+  const std::filesystem::path folder(options.session);
+  files::ProcessLock lock = lock_of(folder);
+  const StoredSession stored = open_session(folder);
+  acquisition::ResumeState state = acquisition::resume_state(stored.archive);
+  if (state.finished) {
+    context.console.say(options.session + ": is finished, there is nothing left to measure");
+    return kSuccess;
+  }
+  SessionSetup session = setup_of(stored);
+  session.ask_person = !options.yes;
+  const int points = static_cast<int>(session.plan.points.size());
+  if (!state.done.empty() && state.done.rbegin()->first >= points) {
+    throw DataFormatError(
+        folder, "table points",
+        fmt::format("found point {}, the plan has {}", state.done.rbegin()->first, points));
+  }
+  if (!session.simulated && options.outage_s > 0.0) {
+    throw UsageError("--outage: how long a rig of metal was down is known");
+  }
+  const auto outage = session.simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                              std::chrono::duration<double>(options.outage_s))
+                                        : outage_until_now(stored.archive, state.last_time);
+  tell_what_is_left(context.console, stored.archive, state, session.plan.points.size());
+  return run_to_the_end(
+      context, session,
+      SessionToResume{std::move(state), stored.archive.metadata(), std::move(lock), outage});
+}
+
+}  // namespace
+
+void add_resume(const Command& root) {
+  auto options = std::make_shared<ResumeOptions>();
+  const Command command =
+      root.add("resume", "Go on with a session that was interrupted", "gonio resume session");
+  command.text("SESSION", options->session, "Session archive", Need::required);
+  command.number("--outage", options->outage_s, 0.0, 1e6,
+                 "Seconds that passed meanwhile in a simulated world (default 0)");
+  command.flag("--yes", options->yes, "Do not ask before going on");
+  command.on_call(options, resume);
+}
+
+}  // namespace gonio::cli

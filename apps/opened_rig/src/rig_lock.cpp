@@ -1,0 +1,72 @@
+#include "gonio/opened_rig/rig_lock.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <set>
+#include <string>
+
+#include "gonio/console/failures.h"
+#include "gonio/files/sha256.h"
+
+namespace gonio::cli {
+namespace {
+
+std::filesystem::path lock_folder() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  for (const char* folder : {"/run/lock", runtime}) {
+    if (folder != nullptr && ::access(folder, W_OK | X_OK) == 0) return folder;
+  }
+  return std::filesystem::temp_directory_path();
+}
+
+std::string bus_address(const BusEntry& bus) {
+  if (bus.kind == BusEntry::Kind::modbus_tcp) return fmt::format("{}:{}", bus.host, bus.tcp_port);
+  // A port under its stable name is the same port.
+  std::error_code unknown;
+  const std::filesystem::path port = std::filesystem::canonical(bus.port, unknown);
+  return unknown ? bus.port : port.string();
+}
+
+/// What is driven, as one process at a time may: in an order that all keep to.
+std::set<std::string> addresses_of(const RigFile& rig, Parts parts) {
+  std::set<std::string> addresses;
+  const auto add_bus = [&](const std::string& name) {
+    if (const BusEntry* bus = rig.devices.bus(name)) addresses.insert(bus_address(*bus));
+  };
+  for (const AxisDevice& axis : rig.devices.axes) {
+    if (axis.driver == AxisDevice::Driver::apt) {
+      addresses.insert("stage " + axis.serial);
+    } else {
+      add_bus(axis.bus);
+    }
+  }
+  add_bus(rig.devices.lamp.bus);
+  if (parts == Parts::all) {
+    addresses.insert("camera " + rig.devices.camera.id);
+    if (!rig.devices.monitor.serial.empty()) {
+      addresses.insert("monitor " + rig.devices.monitor.serial);
+    }
+  }
+  return addresses;
+}
+
+}  // namespace
+
+RigLock::RigLock(const RigFile& rig, Parts parts, const std::filesystem::path& folder) {
+  const char* machine = std::getenv("UMOCKDEV_DIR");  // of an emulated one (docs/adr/0004)
+  for (const std::string& address : addresses_of(rig, parts)) {
+    const std::string name =
+        "gonio-" + files::sha256_of_bytes(address + (machine != nullptr ? machine : "")) + ".lock";
+    try {
+      locks_.emplace_back((folder.empty() ? lock_folder() : folder) / name);
+    } catch (const files::HeldByAnother& error) {
+      throw UsageError(
+          fmt::format("{}: {} is used by process {}", rig.rig.name, address, error.holder()),
+          "one process at a time drives a rig: wait for it, or end it");
+    }
+  }
+}
+
+}  // namespace gonio::cli

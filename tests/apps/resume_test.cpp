@@ -1,0 +1,135 @@
+// Sessions that were stopped, paused or killed, and go on in a new process.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "workflow.h"
+
+namespace gonio {
+namespace {
+
+using testing::HasSubstr;
+
+/// Nothing but noise is random, and what it is does not depend on what came before.
+const std::string kSteady = kSmallRig + R"([white]
+placement = "in_frame"
+[simulation]
+homing_sigma_deg = 0.0
+positioning_sigma_deg = 0.0
+lamp_drift_sigma = 0.0
+)";
+
+class Resume : public Workflow {
+ protected:
+  void SetUp() override {
+    Workflow::SetUp();
+    folder.write("rig.toml", kSteady);
+    folder.write("slow.toml", kSteady + "time_scale = 20.0\n");
+  }
+
+  std::vector<std::string> measure(const std::string& rig, const std::string& out) const {
+    return {"measure",          rig,     "--plan", "list.csv", "--material",
+            "builtin:red-pmma", "--out", out,      "--verbose"};
+  }
+  std::string samples_of(const std::string& session) {
+    run({"reduce", session, "--out", session + ".csv"});
+    // Where the samples come from stands above them.
+    std::string text = folder.read(session + ".csv");
+    std::string rows;
+    std::istringstream lines(text);
+    for (std::string line; std::getline(lines, line);) {
+      if (!line.starts_with("#")) rows += line + "\n";
+    }
+    return rows;
+  }
+  nlohmann::json status(const std::string& session, int expected) {
+    return nlohmann::json::parse(run({"status", session, "--json"}, expected).out);
+  }
+};
+
+TEST_F(Resume, GivesTheSamplesOfTheUninterruptedSessionToTheByteAfterAKill) {
+  run(measure("rig.toml", "whole"));
+  const std::string wanted = samples_of("whole");
+  // At the moments that it names on its way; in between, tests/scenarios/kill_sweep_test.cpp.
+  for (const char* moment : {"white", "point 3 of", "closing white"}) {
+    SCOPED_TRACE(moment);
+    const std::string session = std::string("killed ") + moment;
+    {
+      GonioProcess measuring(measure("slow.toml", session), folder.path());
+      ASSERT_TRUE(measuring.wait_for(moment));
+      measuring.send(SIGKILL);
+      measuring.wait();
+    }
+    EXPECT_EQ(status(session, 4)["state"], "interrupted");
+    run({"resume", session, "--outage", "600"});
+    EXPECT_EQ(status(session, 0)["state"], "complete");
+    EXPECT_EQ(samples_of(session), wanted);
+    EXPECT_THAT(run({"resume", session}).error, HasSubstr("is finished"));
+  }
+}
+
+TEST_F(Resume, LeavesASessionAloneThatALiveProcessMeasures) {
+  folder.write("slow.toml", kSteady + "time_scale = 1.0\n");
+  GonioProcess measuring(measure("slow.toml", "session"), folder.path());
+  ASSERT_TRUE(measuring.wait_for("home"));
+  EXPECT_EQ(status("session", 4)["state"], "running");
+  EXPECT_THAT(run({"resume", "session"}, 2).error,
+              HasSubstr("process " + std::to_string(measuring.pid()) + " is measuring it"));
+  measuring.send(SIGKILL);
+  measuring.wait();
+  EXPECT_EQ(status("session", 4)["state"], "interrupted") << "a dead owner's lock is free";
+}
+
+TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
+  folder.write("slow.toml", kSteady + "time_scale = 10.0\n");
+  GonioProcess measuring(measure("slow.toml", "session"), folder.path());
+  ASSERT_TRUE(measuring.wait_for("point 2 of 5"));
+  measuring.send(SIGINT);
+  const Ended ended = measuring.wait();
+  EXPECT_EQ(ended.exit_code, 4) << ended.error;
+  EXPECT_THAT(ended.error, HasSubstr("pausing after this point"));
+  EXPECT_THAT(ended.error, HasSubstr("paused after"));
+  EXPECT_THAT(ended.error, HasSubstr("gonio resume session"));
+  const auto paused = status("session", 4);
+  EXPECT_EQ(paused["state"], "interrupted");
+  EXPECT_THAT(paused["damage"], testing::IsEmpty());
+  const int measured = paused["measured"].get<int>();
+  EXPECT_GE(measured, 2) << "the point under way was finished";
+  run({"reduce", "session", "--out", "samples.csv"});
+  const Ended resumed = run({"resume", "session"});
+  EXPECT_THAT(resumed.error, HasSubstr(std::to_string(measured) + " of 5 points are done"));
+  EXPECT_EQ(status("session", 0)["measured"], 5);
+}
+
+TEST_F(Resume, StopsAtOnceAtTheSecondInterruptOrWhenTerminated) {
+  folder.write("slow.toml", kSteady + "time_scale = 2.0\n");
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const std::string session = signal == SIGINT ? "twice" : "terminated";
+    GonioProcess measuring(measure("slow.toml", session), folder.path());
+    ASSERT_TRUE(measuring.wait_for("home"));
+    measuring.send(signal);
+    if (signal == SIGINT) {
+      ASSERT_TRUE(measuring.wait_for("pausing"));
+      measuring.send(SIGINT);
+    }
+    const Ended ended = measuring.wait();
+    EXPECT_EQ(ended.exit_code, 4) << ended.error;
+    EXPECT_THAT(ended.error, HasSubstr("stopped after 0 of 5"));
+    EXPECT_EQ(status(session, 4)["state"], "interrupted");
+  }
+}
+
+TEST_F(Resume, RefusesWhatItCannotGoOnWith) {
+  EXPECT_THAT(run({"resume", "nothing"}, 2).error, HasSubstr("found no session.sqlite"));
+  std::filesystem::create_directory(folder.path() / "empty");
+  folder.write("empty/session.sqlite", "");
+  EXPECT_EQ(run_gonio({"resume", "empty"}, folder.path()).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace gonio
