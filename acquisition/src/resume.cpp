@@ -39,22 +39,25 @@ ResumeState resume_state(const SessionReader& archive) {
   state.finished = archive.finished();
   const SessionParts parts(archive);
   state.parts = static_cast<int>(parts.count());
+  auto latest = std::chrono::nanoseconds(0);
   std::map<int, const PointRecord*> last;
   for (const PointRecord& point : archive.points()) {
     last[point.point] = &point;
-    state.last_time = std::max(state.last_time, point.finished_at);
+    latest = std::max(latest, point.finished_at);
   }
   std::set<int> with_frames;
   for (const FrameRecord& frame : archive.frames()) {
-    state.last_time = std::max(state.last_time, frame.exposure_start + frame.exposure);
+    latest = std::max(latest, frame.exposure_start + frame.exposure);
     const auto point = last.find(frame.point);
     if (point != last.end() && parts.of(frame) == parts.of(*point->second)) {
       with_frames.insert(frame.point);
     }
   }
   for (const SessionNote& note : archive.notes()) {
-    state.last_time = std::max(state.last_time, note.at);
+    latest = std::max(latest, note.at);
   }
+  // A part is told by its times: nothing of the part before may have the time at which it begins.
+  state.may_begin_at = latest + std::chrono::nanoseconds(1);
   const std::set<int> damaged = points_with_lost_frames(archive);
   for (const auto& [index, point] : last) {
     if (point->outcome == PointOutcome::Failed) {

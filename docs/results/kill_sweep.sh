@@ -32,6 +32,7 @@ dark_frames = 2
 homing_sigma_deg = 0.0
 positioning_sigma_deg = 0.0
 lamp_drift_sigma = 0.0
+same_noise_again = true
 END
 "$gonio" train builtin --exclude red-pmma --out "$work/basis.h5" -q
 "$gonio" plan --basis "$work/basis.h5" --samples 12 --rig "$work/rig.toml" --out "$work/plan.csv" -q

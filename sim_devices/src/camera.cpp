@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "gonio/parallel/parallel.h"
-#include "subject.h"
 
 namespace gonio::sim {
 
@@ -107,7 +106,7 @@ devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
   return frame;
 }
 
-void SimCamera::begin_subject(std::uint64_t subject) { next_noise_ = first_index_of(subject); }
+void SimCamera::count_noise_from(std::uint64_t index) { next_noise_ = index; }
 
 bool SimCamera::at_rest_during(Time start, Time end) const {
   return std::all_of(

@@ -34,8 +34,8 @@ class SimCamera final : public devices::Camera {
   const std::string& name() const override { return name_; }
   devices::CameraInfo info() const override;
   devices::Frame capture(std::chrono::nanoseconds exposure) override;
-  /// See SimGoniometer::begin_subject().
-  void begin_subject(std::uint64_t subject);
+  /// Noise is drawn from this index on: SimGoniometer::begin_subject().
+  void count_noise_from(std::uint64_t index);
 
  private:
   /// Electrons per second and pixel, on average over the interval.

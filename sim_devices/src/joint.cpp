@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "gonio/random/distributions.h"
-#include "subject.h"
 
 namespace gonio::sim {
 namespace {
@@ -27,16 +26,16 @@ Joint::Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t se
       settle_(axis.settle),
       positioning_key_(random::make_key(seed, "axis.positioning", index)),
       homing_key_(random::make_key(seed, "axis.homing", index)),
-      homings_(first_index_of(power_ups)) {
+      homings_(power_ups << 32U) {
   const double share = random::uniform(random::make_key(seed, "axis.power_up", index), power_ups);
   const double start = axis.min.radians() + share * (axis.max - axis.min).radians();
   segments_.push_back({Time(0), start, start, MotionProfile::braking(0.0, 1.0), start, Time(0),
                        Time(0), Time(0), 0.0});
 }
 
-void Joint::begin_subject(std::uint64_t subject) {
+void Joint::count_noise_from(std::uint64_t index) {
   const std::lock_guard lock(mutex_);
-  moves_ = first_index_of(subject);
+  moves_ = index;
 }
 
 Joint::Time Joint::move_to(Angle target, Time now, std::optional<Pace> pace) {

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "gonio/random/distributions.h"
-#include "subject.h"
 
 namespace gonio::sim {
 
@@ -41,7 +40,7 @@ SimLampMonitor::SimLampMonitor(const LampOptions& options, const SimLightSource&
       sigma_(options.monitor_sigma),
       key_(random::make_key(seed, "lamp.monitor")) {}
 
-void SimLampMonitor::begin_subject(std::uint64_t subject) { readings_ = first_index_of(subject); }
+void SimLampMonitor::count_noise_from(std::uint64_t index) { readings_ = index; }
 
 double SimLampMonitor::read() {
   const int lit = light_.lit();

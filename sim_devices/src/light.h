@@ -40,8 +40,8 @@ class SimLampMonitor final : public devices::LampMonitor {
 
   const std::string& name() const override { return name_; }
   double read() override;
-  /// See SimGoniometer::begin_subject().
-  void begin_subject(std::uint64_t subject);
+  /// Noise is drawn from this index on: SimGoniometer::begin_subject().
+  void count_noise_from(std::uint64_t index);
 
  private:
   const SimLightSource& light_;

@@ -1,5 +1,7 @@
 #include "gonio/sim/sim_goniometer.h"
 
+#include <cstdint>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -10,6 +12,7 @@
 #include "lamp_output.h"
 #include "light.h"
 #include "stage.h"
+#include "subject.h"
 
 namespace gonio::sim {
 namespace {
@@ -54,6 +57,7 @@ class SimGoniometer::World {
   SimLampMonitor monitor;
   SimTargetChanger changer;
   SimCamera camera;
+  std::map<std::uint64_t, std::uint64_t> begun;  ///< how often, by subject
 };
 
 SimGoniometer::SimGoniometer(const SimOptions& options)
@@ -68,9 +72,11 @@ SimGoniometer SimGoniometer::nominal(std::shared_ptr<const brdf::BrdfModel> mate
 }
 
 void SimGoniometer::begin_subject(std::uint64_t subject) {
-  world_->camera.begin_subject(subject);
-  world_->monitor.begin_subject(subject);
-  for (const auto& joint : world_->joints) joint->begin_subject(subject);
+  const std::uint64_t before = world_->options.same_noise_again ? 0 : world_->begun[subject]++;
+  const std::uint64_t index = first_index_of(subject, before);
+  world_->camera.count_noise_from(index);
+  world_->monitor.count_noise_from(index);
+  for (const auto& joint : world_->joints) joint->count_noise_from(index);
 }
 
 devices::Clock& SimGoniometer::clock() { return world_->clock; }

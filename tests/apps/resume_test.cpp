@@ -22,6 +22,7 @@ placement = "in_frame"
 homing_sigma_deg = 0.0
 positioning_sigma_deg = 0.0
 lamp_drift_sigma = 0.0
+same_noise_again = true
 )";
 
 class Resume : public Workflow {

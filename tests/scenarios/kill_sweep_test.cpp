@@ -35,6 +35,10 @@ const std::vector<std::array<double, 3>> kTwelveDirections{
 
 constexpr std::chrono::seconds kOutage{100};
 
+using Loss = RecordedDisk::Loss;
+constexpr std::array<Loss, 4> kLosses{Loss::nothing, Loss::unsynced, Loss::at_random,
+                                      Loss::half_write};
+
 /// A world of 64 x 52 px in which only noise is random. Without play: from which side an axis took
 /// it up at its home is not known.
 sim::SimOptions steady_world() {
@@ -49,6 +53,7 @@ sim::SimOptions steady_world() {
   camera.cy_px = 25.5;
   world.lamp.drift_sigma = 0.0;
   world.lamp.warm_up_amplitude = 0.0;
+  world.same_noise_again = true;
   sim::AxisOptions axis;
   axis.homing_sigma = Angle();
   axis.positioning_sigma = Angle();
@@ -73,24 +78,43 @@ class KillSweep : public testing::Test {
     return set;
   }
 
+  /// Runs it, and looks at the rig after whatever end.
+  SessionResult run(sim::SimGoniometer& world, SessionWriter& archive, const Progress& progress,
+                    const acquisition::SessionPart& part = {}) const {
+    struct Safe {
+      sim::SimGoniometer& world;
+      ~Safe() {
+        for (std::size_t i = 0; i < world.axis_count(); ++i) {
+          EXPECT_THROW(world.stage(i).begin_move_to(Angle()), devices::DeviceError)
+              << "axis " << i << " was not stopped";
+        }
+        constexpr double kDark = 0.1;  // of a lit channel's reading
+        EXPECT_LT(world.lamp_monitor().read(), kDark) << "the shutter is open";
+      }
+    };
+    const Safe safe{world};
+    return acquisition::run_session(devices(world), known_, plan_, options_, archive, progress, {},
+                                    part);
+  }
+
   SessionResult begin(const std::filesystem::path& folder, const Progress& progress = {}) const {
     sim::SimGoniometer world(steady_world());
     SessionWriter archive(folder, {{"sample_id", "plate"}}, {});
-    return acquisition::run_session(devices(world), known_, plan_, options_, archive, progress);
+    return run(world, archive, progress);
   }
 
-  SessionResult resume(const std::filesystem::path& folder) const {
+  SessionResult resume(const std::filesystem::path& folder, const Progress& progress = {}) const {
     files::ProcessLock lock(acquisition::session_lock(folder));
     const ResumeState state = acquisition::resume_state(SessionReader(folder));
     sim::SimOptions later = steady_world();
-    later.begins_at = state.last_time + kOutage;
+    later.begins_at = state.may_begin_at + kOutage;
     later.power_ups = static_cast<std::uint64_t>(state.parts);
     sim::SimGoniometer world(later);
     SessionWriter archive = SessionWriter::resume(folder, std::move(lock), later.begins_at,
                                                   world.clock().now(), "in a test");
     acquisition::SessionPart part;
     part.done = state.done;
-    return acquisition::run_session(devices(world), known_, plan_, options_, archive, {}, {}, part);
+    return run(world, archive, progress, part);
   }
 
   std::string samples_of(const std::filesystem::path& folder) const {
@@ -180,9 +204,6 @@ TEST_F(KillSweep, LosesNothingWhereverTheProcessOrThePowerEnds) {
   const std::size_t count = disk.count();
   ASSERT_EQ(acknowledged_at.size(), 13U);
   wanted_ = samples_of(whole);
-  using Loss = RecordedDisk::Loss;
-  constexpr std::array<Loss, 4> kLosses{Loss::nothing, Loss::unsynced, Loss::at_random,
-                                        Loss::half_write};
   const std::size_t step = stride(count, 50);
   std::size_t turn = 0;
   for (std::size_t k = 0; k <= count; k += step) {
@@ -239,6 +260,51 @@ TEST_F(KillSweep, LosesNothingWhereverTheDiskFillsUpOrFails) {
               never_begun_);
 }
 
+TEST_F(KillSweep, LosesNothingWhereverAResumedSessionEndsAgain) {
+  const TemporaryFolder folder;
+  const std::filesystem::path whole = folder.path() / "whole";
+  const std::filesystem::path cut = folder.path() / "cut";
+  {
+    RecordedDisk disk(whole);
+    std::size_t within_the_fifth = 0;
+    begin(whole, [&](const acquisition::SessionProgress& now) {
+      constexpr std::size_t kSomeOfItsFrames = 25;
+      if (now.done == 4) within_the_fifth = disk.count() + kSomeOfItsFrames;
+    });
+    disk.restore(within_the_fifth, RecordedDisk::Loss::half_write, 0, cut);
+  }
+  wanted_ = samples_of(whole);
+  const TemporaryFolder again;
+  std::filesystem::copy(cut, again.path() / "session", std::filesystem::copy_options::recursive);
+  RecordedDisk disk(again.path() / "session");
+  std::vector<std::size_t> acknowledged_at(4, 0);
+  EXPECT_TRUE(resume(again.path() / "session", [&](const acquisition::SessionProgress& now) {
+                while (acknowledged_at.size() <= static_cast<std::size_t>(now.done)) {
+                  acknowledged_at.push_back(disk.count());
+                }
+              }).complete);
+  const std::size_t count = disk.count();
+  ASSERT_EQ(acknowledged_at.size(), 13U);
+  const std::size_t step = stride(count, 25);
+  std::size_t turn = 0;
+  for (std::size_t k = 0; k <= count; k += step, ++turn) {
+    for (std::size_t l = 0; l < kLosses.size(); ++l) {
+      if (step > 1 && l != turn % kLosses.size()) continue;
+      SCOPED_TRACE(testing::Message() << "operation " << k << " of " << count << ", loss " << l);
+      const TemporaryFolder disk_after;
+      const std::filesystem::path twice = disk_after.path() / "session";
+      disk.restore(k, kLosses[l], k, twice);
+      const auto acknowledged =
+          std::upper_bound(acknowledged_at.begin(), acknowledged_at.end(), k) -
+          acknowledged_at.begin() - 1;
+      expect_resumes(twice, static_cast<int>(acknowledged));
+      if (HasFailure()) return;
+    }
+  }
+  EXPECT_EQ(never_begun_, 0);
+  std::printf("%zu operations, every %zu: %d resumed twice\n", count, step, resumed_);
+}
+
 TEST_F(KillSweep, DoesNothingWithAFinishedSession) {
   const TemporaryFolder folder;
   const std::filesystem::path whole = folder.path() / "whole";
@@ -259,7 +325,8 @@ TEST_F(KillSweep, MeasuresAPointAgainWhoseFrameWasSpoilt) {
   const std::filesystem::path cut = folder.path() / "cut";
   disk.restore(after_five, RecordedDisk::Loss::nothing, 0, cut);
   std::string spoilt;
-  for (const auto& frame : SessionReader(cut).frames()) {
+  const SessionReader archive(cut);
+  for (const auto& frame : archive.frames()) {
     if (frame.point == 3) spoilt = frame.file;
   }
   std::filesystem::resize_file(cut / spoilt, 100);

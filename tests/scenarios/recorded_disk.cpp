@@ -277,6 +277,17 @@ class Disk {
 
 RecordedDisk::RecordedDisk(std::filesystem::path folder) : folder_(std::move(folder)) {
   install_under_sqlite();
+  if (std::filesystem::exists(folder_)) {
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_)) {
+      const std::string name = inside(entry.path().string());
+      // SQLite's index of its log is memory, and made anew.
+      if (!entry.is_regular_file() || name.ends_with("-shm")) continue;
+      found_.push_back({Kind::create, name, 0, {}});
+      found_.push_back({Kind::write, name, 0, contents_of(entry.path().string())});
+      found_.push_back({Kind::sync, name, 0, {}});
+      found_.push_back({Kind::sync_folder, name, 0, {}});
+    }
+  }
   g_disk = this;
 }
 
@@ -304,6 +315,7 @@ std::string RecordedDisk::inside(const std::string& path) const {
 void RecordedDisk::restore(std::size_t count, Loss loss, std::uint64_t seed,
                            const std::filesystem::path& to) const {
   Disk disk;
+  for (const Operation& each : found_) disk.apply(each);
   for (std::size_t i = 0; i < count; ++i) disk.apply(operations_.at(i));
   if (loss == Loss::half_write && count < operations_.size() &&
       operations_[count].kind == Kind::write) {

@@ -19,7 +19,8 @@ namespace gonio {
 /// Threads  One; one object at a time in a program.
 class RecordedDisk {
  public:
-  /// Records what happens in `folder` (which need not exist yet) while the object lives.
+  /// Records what happens in `folder` while the object lives. It need not exist yet; what it holds
+  /// counts as synced.
   explicit RecordedDisk(std::filesystem::path folder);
   ~RecordedDisk();
   RecordedDisk(const RecordedDisk&) = delete;
@@ -56,6 +57,7 @@ class RecordedDisk {
 
  private:
   std::filesystem::path folder_;
+  std::vector<Operation> found_;  ///< from which nothing comes to what was there before
   std::vector<Operation> operations_;
   std::size_t fails_from_ = SIZE_MAX;
   int error_ = 0;

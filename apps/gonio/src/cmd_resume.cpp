@@ -122,7 +122,7 @@ int resume(Context& context, const ResumeOptions& options) {
   }
   const auto outage = session.simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(
                                               std::chrono::duration<double>(options.outage_s))
-                                        : outage_until_now(stored.archive, state.last_time);
+                                        : outage_until_now(stored.archive, state.may_begin_at);
   tell_what_is_left(context.console, stored.archive, state, session.plan.points.size());
   return run_to_the_end(
       context, session,

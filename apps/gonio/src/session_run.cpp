@@ -107,7 +107,7 @@ std::unique_ptr<OpenedRig> open_simulated(const SessionSetup& session,
                                           const std::optional<SessionToResume>& resumed = {}) {
   sim::SimOptions world = simulated_world(session.rig, session.material.model, session.seed);
   if (resumed) {
-    world.begins_at = resumed->state.last_time + resumed->outage;
+    world.begins_at = resumed->state.may_begin_at + resumed->outage;
     world.power_ups = static_cast<std::uint64_t>(resumed->state.parts);
   }
   return open_simulated_rig(world);
@@ -116,7 +116,7 @@ std::unique_ptr<OpenedRig> open_simulated(const SessionSetup& session,
 acquisition::SessionWriter resume_archive(const SessionSetup& session, SessionToResume& resumed,
                                           std::chrono::nanoseconds now) {
   return acquisition::SessionWriter::resume(
-      session.archive, std::move(resumed.lock), resumed.state.last_time + resumed.outage, now,
+      session.archive, std::move(resumed.lock), resumed.state.may_begin_at + resumed.outage, now,
       fmt::format("by {} {} at {:%Y-%m-%dT%H:%M:%SZ}, {} of {} points done", "gonio", version(),
                   fmt::gmtime(std::time(nullptr)), resumed.state.done.size(),
                   session.plan.points.size()));

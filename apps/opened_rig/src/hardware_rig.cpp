@@ -131,7 +131,7 @@ class HardwareRig final : public OpenedRig {
   HardwareRig(const RigFile& rig, Parts parts, const std::stop_token& stop)
       : lock_(rig, parts),
         clock_(time_scale_of_environment()),
-        watchdog_(rig, [this] { unwatched(); }),
+        watchdog_(rig, lock_.descriptors(), [this] { unwatched(); }),
         buses_(rig.devices) {
     const auto require_wanted = [&] {
       if (!stop.stop_requested()) return;

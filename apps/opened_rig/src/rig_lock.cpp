@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
+#include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <set>
 #include <string>
+#include <thread>
 
 #include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
@@ -44,12 +48,32 @@ std::set<std::string> addresses_of(const RigFile& rig, Parts parts) {
   }
   add_bus(rig.devices.lamp.bus);
   if (parts == Parts::all) {
+    add_bus(rig.devices.changer.bus);
     addresses.insert("camera " + rig.devices.camera.id);
     if (!rig.devices.monitor.serial.empty()) {
       addresses.insert("monitor " + rig.devices.monitor.serial);
     }
   }
   return addresses;
+}
+
+/// Longer than a watchdog takes (stop_rig.cpp).
+constexpr std::chrono::seconds kWatchdogPatience{35};
+constexpr std::chrono::milliseconds kBetweenLooks{20};
+
+/// Held by a process that is gone: the watchdog it left holds it until the rig is stopped.
+bool is_gone(pid_t holder) { return holder > 0 && ::kill(holder, 0) != 0 && errno == ESRCH; }
+
+files::ProcessLock lock_after_watchdog(const std::filesystem::path& path) {
+  const auto deadline = std::chrono::steady_clock::now() + kWatchdogPatience;
+  while (true) {
+    try {
+      return files::ProcessLock(path);
+    } catch (const files::HeldByAnother& error) {
+      if (!is_gone(error.holder()) || std::chrono::steady_clock::now() >= deadline) throw;
+    }
+    std::this_thread::sleep_for(kBetweenLooks);
+  }
 }
 
 }  // namespace
@@ -60,13 +84,19 @@ RigLock::RigLock(const RigFile& rig, Parts parts, const std::filesystem::path& f
     const std::string name =
         "gonio-" + files::sha256_of_bytes(address + (machine != nullptr ? machine : "")) + ".lock";
     try {
-      locks_.emplace_back((folder.empty() ? lock_folder() : folder) / name);
+      locks_.push_back(lock_after_watchdog((folder.empty() ? lock_folder() : folder) / name));
     } catch (const files::HeldByAnother& error) {
       throw UsageError(
           fmt::format("{}: {} is used by process {}", rig.rig.name, address, error.holder()),
           "one process at a time drives a rig: wait for it, or end it");
     }
   }
+}
+
+std::vector<int> RigLock::descriptors() const {
+  std::vector<int> all;
+  for (const files::ProcessLock& lock : locks_) all.push_back(lock.descriptor());
+  return all;
 }
 
 }  // namespace gonio::cli

@@ -83,7 +83,8 @@ void say(const std::string& line) {
 
 }  // namespace
 
-Watchdog::Watchdog(const RigFile& rig, std::function<void()> on_lost) {
+Watchdog::Watchdog(const RigFile& rig, const std::vector<int>& held,
+                   std::function<void()> on_lost) {
   std::array<int, 2> pair{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair.data()) != 0) {
     throw std::system_error(errno, std::generic_category(), "watchdog: socketpair");
@@ -92,6 +93,8 @@ Watchdog::Watchdog(const RigFile& rig, std::function<void()> on_lost) {
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, pair[1], STDIN_FILENO);
+  // Onto itself: not closed there.
+  for (const int each : held) posix_spawn_file_actions_adddup2(&actions, each, each);
   std::array<char*, 3> arguments{const_cast<char*>("gonio"), const_cast<char*>(kWatchdogArgument),
                                  nullptr};
   const int failed =

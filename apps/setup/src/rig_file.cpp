@@ -247,6 +247,8 @@ void visit_simulation(ConfigVisitor& v, RigFile& file) {
             "that direction in the image, from its x axis");
     v.number("ambient_radiance", world.scene.ambient_radiance, kNotNegative, "W/m2/sr");
     v.duration("change_time_s", world.change_time, 1.0, {0.0, 1e5}, "of the target changer");
+    v.flag("same_noise_again", world.same_noise_again,
+           "closing white as noisy as the opening one: to compare sessions by the byte");
     double time_scale = world.time_scale.value_or(0.0);
     v.number("time_scale", time_scale, kNotNegative,
              "virtual seconds per real one; 0: as fast as it goes");

@@ -124,6 +124,7 @@ sim::SimOptions simulated_world(const RigFile& file,
   sim::SimOptions world =
       file.hidden ? hidden_world(file, material, seed) : described_world(file, material, seed);
   world.seed = seed;
+  world.same_noise_again = file.world.same_noise_again;
   // Without drift the lamp is also warm: its light is the same at any time.
   if (world.lamp.drift_sigma == 0.0) world.lamp.warm_up_amplitude = 0.0;
   // A target is a little larger than the part of it that is used.

@@ -16,7 +16,7 @@ struct ResumeState {
   /// frames are whole.
   std::map<int, PointOutcome> done;
   std::vector<std::string> again;         ///< acknowledged points that are, and why, a line each
-  std::chrono::nanoseconds last_time{0};  ///< latest of the journal, session clock
+  std::chrono::nanoseconds may_begin_at{0};  ///< just after the latest of the journal, session clock
   int parts = 1;                          ///< so far: 1 and one for each time it was resumed
 };
 

@@ -28,8 +28,8 @@ class Joint {
   Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t seed, std::size_t index,
         std::uint64_t power_ups = 0);
 
-  /// See SimGoniometer::begin_subject().
-  void begin_subject(std::uint64_t subject);
+  /// Where the next moves end is drawn from this index on: SimGoniometer::begin_subject().
+  void count_noise_from(std::uint64_t index);
 
   /// How a drive was told to travel.
   struct Pace {

@@ -43,9 +43,10 @@ class SimGoniometer {
   static SimGoniometer nominal(std::shared_ptr<const brdf::BrdfModel> material, std::uint64_t seed);
 
   /// The frames, monitor readings and moves that follow are for a subject: a point of a session,
-  /// its white, its darks. Their noise is counted anew from here, so that a subject has the same
-  /// noise whatever came before it: the world that a session is resumed in agrees with the one that
-  /// died. `subject` below 2^32; 0 until it is called.
+  /// its white, its darks. Their noise is counted anew from here: a subject's first time in a world
+  /// has the same noise whatever came before it, its second another, and so on
+  /// (SimOptions::same_noise_again). So the world that a session is resumed in agrees with the one
+  /// that died. `subject` below 2^31.
   void begin_subject(std::uint64_t subject);
 
   devices::Clock& clock();

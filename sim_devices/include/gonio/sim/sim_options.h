@@ -244,6 +244,9 @@ struct SimOptions {
   /// by are new each time.
   std::uint64_t power_ups = 0;
   std::chrono::nanoseconds begins_at{0};  ///< its clock, when it is switched on
+  /// What is done twice, as the opening and the closing white, has the same noise both times: for
+  /// comparing a session with an uninterrupted one to the byte. See SimGoniometer::begin_subject().
+  bool same_noise_again = false;
   std::optional<double> time_scale;       ///< real pace, see VirtualClock
   bool runs_by_itself = false;  ///< time passes without anybody waiting; needs a time scale
 

@@ -15,9 +15,12 @@ namespace gonio::cli {
 class RigLock {
  public:
   /// Locks lie in `folder`; empty: in that of the machine, /run/lock, else the user's runtime
-  /// folder, else that of temporary files. Throws UsageError naming the device and the process that
-  /// uses it, FileError.
+  /// folder, else that of temporary files. Waits for a watchdog that still stops the rig of a dead
+  /// process. Throws UsageError naming the device and the process that uses it, FileError.
   RigLock(const RigFile& rig, Parts parts, const std::filesystem::path& folder = {});
+
+  /// For a watchdog to hold as well.
+  std::vector<int> descriptors() const;
 
  private:
   std::vector<files::ProcessLock> locks_;

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <thread>
+#include <vector>
 
 #include "gonio/setup/rig_file.h"
 
@@ -19,10 +20,11 @@ namespace gonio::cli {
 /// Threads  One, beside its own.
 class Watchdog {
  public:
-  /// `on_lost` is called once, on a thread of its own, should the watchdog itself die: from then on
+  /// `held` are descriptors that it keeps open until it has ended: locks on the rig, which is
+  /// nobody else's until then. `on_lost` is called once, on a thread of its own, should the watchdog itself die: from then on
   /// nobody would stop the rig. Throws std::system_error or std::runtime_error when it cannot be
   /// started or does not answer.
-  Watchdog(const RigFile& rig, std::function<void()> on_lost);
+  Watchdog(const RigFile& rig, const std::vector<int>& held, std::function<void()> on_lost);
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;

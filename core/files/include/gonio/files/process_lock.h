@@ -23,7 +23,7 @@ class HeldByAnother : public FileError {
 /// A file that one process at a time holds, and that tells who: it contains the process's number.
 ///
 /// State    Held from construction until the object or its process ends, in whatever way; the file
-///          stays. Nothing that this process starts inherits it.
+///          stays. Nothing that this process starts inherits it, unless it is given the descriptor.
 /// Threads  One.
 /// Source   flock(2).
 class ProcessLock {
@@ -34,6 +34,9 @@ class ProcessLock {
   ~ProcessLock();
   ProcessLock(ProcessLock&& other) noexcept;
   ProcessLock& operator=(ProcessLock&&) = delete;
+
+  /// For a process that is started to hold it as well, beyond the end of this one.
+  int descriptor() const { return descriptor_; }
 
  private:
   int descriptor_ = -1;
