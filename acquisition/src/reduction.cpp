@@ -235,7 +235,15 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   }
   const std::vector<std::uint8_t> bad_pixels = instrument::bad_pixel_mask(
       instrument.sensor, instrument.camera.width_px, instrument.camera.height_px);
-  const double u_drift = std::abs(white.drift()) / std::sqrt(12.0);
+  reduction.bridges = white.bridges;
+  for (const WhiteBridge& bridge : white.bridges) {
+    if (!bridge.is_applied()) continue;
+    reduction.warnings.push_back(fmt::format(
+        "white at {:.0f} s, after an interruption, is {:+.2f} +- {:.2f} % off the one before: what "
+        "lies before it is taken with the whites before, what lies after it with those after",
+        bridge.at_s, 100.0 * bridge.change_relative, 100.0 * bridge.u_relative));
+  }
+  const double u_drift = white.largest_change() / std::sqrt(12.0);
 
   for (const auto& [index, frames] :
        frames_of_measured_points(archive, parts, reduction.warnings)) {
@@ -292,7 +300,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           usable = false;
           break;
         }
-        const double constant = white.at(signal.time_s)[colour] * signal.monitor;
+        const double constant = white.at(signal.time_s, frames.part)[colour] * signal.monitor;
         const double value =
             sum / (constant * factor) - instrument.stray.fraction * stray_factor / factor;
         const double prnu = instrument.sensor.prnu / std::sqrt(static_cast<double>(used));

@@ -44,6 +44,26 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
   return visits;
 }
 
+/// From the last white of each part to the first of the next that has one. A monitor's reading is
+/// in both, and is known to `u_monitor`.
+std::vector<WhiteBridge> bridges_between(const std::vector<WhiteLevel::Visit>& visits,
+                                         double u_monitor) {
+  std::vector<WhiteBridge> bridges;
+  for (std::size_t i = 1; i < visits.size(); ++i) {
+    const WhiteLevel::Visit& before = visits[i - 1];
+    const WhiteLevel::Visit& after = visits[i];
+    if (before.part == after.part) continue;
+    const brdf::Rgb change = after.constant / before.constant - 1.0;
+    const brdf::Rgb u = (before.relative_sigma.square() + after.relative_sigma.square() +
+                         2.0 * u_monitor * u_monitor)
+                            .sqrt();
+    int worst = 0;
+    (change.abs() / u).maxCoeff(&worst);
+    bridges.push_back({after.part, after.time_s, change[worst], u[worst]});
+  }
+  return bridges;
+}
+
 struct Sums {
   double signal = 0.0;
   double expected = 0.0;
@@ -54,13 +74,20 @@ struct Sums {
 
 }  // namespace
 
-brdf::Rgb WhiteLevel::at(double time_s) const {
+brdf::Rgb WhiteLevel::at(double time_s, std::size_t part) const {
   if (time_s <= visits.front().time_s) return visits.front().constant;
   for (std::size_t i = 1; i < visits.size(); ++i) {
-    if (time_s <= visits[i].time_s) {
-      const double t = (time_s - visits[i - 1].time_s) / (visits[i].time_s - visits[i - 1].time_s);
-      return visits[i - 1].constant + t * (visits[i].constant - visits[i - 1].constant);
+    const Visit& before = visits[i - 1];
+    const Visit& after = visits[i];
+    if (time_s > after.time_s) continue;
+    const auto bridge = std::find_if(bridges.begin(), bridges.end(), [&](const WhiteBridge& each) {
+      return each.part == after.part && before.part != after.part;
+    });
+    if (bridge != bridges.end() && bridge->is_applied()) {
+      return part < after.part ? before.constant : after.constant;
     }
+    const double t = (time_s - before.time_s) / (after.time_s - before.time_s);
+    return before.constant + t * (after.constant - before.constant);
   }
   return visits.back().constant;
 }
@@ -70,6 +97,14 @@ double WhiteLevel::drift() const {
   int largest = 0;
   change.abs().maxCoeff(&largest);
   return change[largest];
+}
+
+double WhiteLevel::largest_change() const {
+  double largest = std::abs(drift());
+  for (const WhiteBridge& bridge : bridges) {
+    if (bridge.is_applied()) largest = std::max(largest, std::abs(bridge.change_relative));
+  }
+  return largest;
 }
 
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
@@ -128,6 +163,7 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
       }
     }
     WhiteLevel::Visit found;
+    found.part = visit.part;
     bool usable = true;
     for (int colour = 0; colour < 3; ++colour) {
       const Sums& sum = sums[static_cast<std::size_t>(colour)];
@@ -144,6 +180,7 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
     throw DataFormatError(place, "white frames",
                           "found none that can be used, expected at least one visit to the white");
   }
+  level.bridges = bridges_between(level.visits, instrument.u_lamp_relative);
   return level;
 }
 

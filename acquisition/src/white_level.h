@@ -12,17 +12,24 @@ namespace gonio::acquisition {
 /// The constant C of the measurement equation, per colour, as the whites of a session give it.
 struct WhiteLevel {
   struct Visit {
+    std::size_t part = 0;
     double time_s = 0.0;
     brdf::Rgb constant;  ///< per unit of lamp monitor
     brdf::Rgb relative_sigma;
   };
   std::vector<Visit> visits;          ///< in time
   std::vector<std::string> warnings;  ///< visits that cannot be used
+  std::vector<WhiteBridge> bridges;   ///< from each part to the next
 
-  /// C over monitor at a time: linear between visits, held outside.
-  brdf::Rgb at(double time_s) const;
+  /// C over monitor at a time in a part: linear between visits, held outside. Across an
+  /// interruption it is linear only when the whites before and after agree: else it changed at an
+  /// unknown time, and each part has its own.
+  brdf::Rgb at(double time_s, std::size_t part) const;
   /// Last over first visit, minus 1, where it is largest.
   double drift() const;
+  /// The largest change that may have happened to a point unseen: drift() or one while the session
+  /// was interrupted. Relative, not negative.
+  double largest_change() const;
 };
 
 /// `parts`, `darks` as mean_darks(); a visit to the white that a kill has cut off does not count.

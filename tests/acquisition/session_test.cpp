@@ -18,12 +18,12 @@ const std::vector<std::array<double, 3>> kTwoDirections{{3.0, 12.0, 28.0}, {15.0
 
 class Session : public testing::Test {
  protected:
-  SessionResult run(std::stop_token stop = {}) {
+  SessionResult run(std::stop_token stop = {}, const SessionPart& part = {}) {
     const MeasurementPlan plan = rig_.plan(directions_);
     SessionWriter archive(folder_, {}, {});
     DeviceSet devices = rig_.devices();
     if (!remarks_.empty()) devices.remarks = [this] { return remarks_; };
-    return run_session(devices, rig_.known, plan, options_, archive, {}, std::move(stop));
+    return run_session(devices, rig_.known, plan, options_, archive, {}, std::move(stop), part);
   }
   std::string refusal() {
     try {
@@ -268,6 +268,54 @@ TEST_F(Session, StopsEverythingWhenAskedInTheMiddleOfAPoint) {
   EXPECT_FALSE(SessionReader(folder_).finished());
   EXPECT_EQ(SessionReader(folder_).frames().size(), 39U)
       << "a frame under way when the shutter closed is no sample";
+}
+
+TEST_F(Session, PausesAfterThePointUnderWay) {
+  std::stop_source source;
+  int captures = 0;
+  rig_.camera.on_capture = [&] {
+    if (++captures == 40) source.request_stop();  // in the middle of the first
+  };
+  SessionPart part;
+  part.pause = source.get_token();
+  const SessionResult result = run({}, part);
+  EXPECT_FALSE(result.finished);
+  EXPECT_EQ(result.measured, 1) << "the point was finished, the next not begun";
+  expect_safe();
+  const SessionReader archive(folder_);
+  EXPECT_FALSE(archive.finished());
+  EXPECT_EQ(archive.points().size(), 1U);
+  EXPECT_EQ(archive.notes().back().kind, "paused");
+}
+
+TEST_F(Session, LeavesOutThePointsThatAreDone) {
+  SessionPart part;
+  part.done[0] = PointOutcome::Measured;
+  const SessionResult result = run({}, part);
+  EXPECT_TRUE(result.complete);
+  EXPECT_EQ(result.measured, 2) << "with the one done before";
+  ASSERT_EQ(result.points.size(), 1U);
+  EXPECT_EQ(result.points.front().point, 1);
+  EXPECT_THAT(frames(FrameKind::dark), testing::Not(testing::IsEmpty())) << "its own darks";
+  EXPECT_THAT(frames(FrameKind::white), testing::Not(testing::IsEmpty())) << "and whites";
+}
+
+TEST_F(Session, IsNotCompleteWithAPointThatWasSaturatedBefore) {
+  SessionPart part;
+  part.done[0] = PointOutcome::Saturated;
+  const SessionResult result = run({}, part);
+  EXPECT_TRUE(result.finished);
+  EXPECT_FALSE(result.complete);
+}
+
+TEST_F(Session, StopsEverythingWhenAFrameCannotBeWritten) {
+  int captures = 0;
+  rig_.camera.on_capture = [&] {
+    if (++captures == 40) std::filesystem::remove_all(folder_ / "frames");
+  };
+  EXPECT_THROW(run(), FileError);
+  EXPECT_EQ(captures, 40);
+  expect_safe();
 }
 
 TEST_F(Session, NeitherArmsNorMovesAnythingWhenItWasAskedToStopBefore) {

@@ -1,8 +1,10 @@
 #include "gonio_process.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -70,6 +72,15 @@ bool GonioProcess::wait_for(const std::string& text) {
 }
 
 void GonioProcess::send(int signal) { ::kill(pid_, signal); }
+
+bool GonioProcess::ends_within(std::chrono::nanoseconds time) const {
+  pollfd ended{static_cast<int>(::syscall(SYS_pidfd_open, pid_, 0)), POLLIN, 0};
+  if (ended.fd < 0) throw std::runtime_error("pidfd_open");
+  const timespec deadline{time.count() / 1'000'000'000, time.count() % 1'000'000'000};
+  const int ready = ::ppoll(&ended, 1, &deadline, nullptr);
+  ::close(ended.fd);
+  return ready > 0;
+}
 
 Ended GonioProcess::wait() {
   while (read_more()) {

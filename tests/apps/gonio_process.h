@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -30,6 +31,8 @@ class GonioProcess {
   /// Blocks until standard error has said `text`; false when the program ends first.
   bool wait_for(const std::string& text);
   void send(int signal);
+  /// Waits for its end, no longer than this. Who is not read meanwhile must not say much.
+  bool ends_within(std::chrono::nanoseconds time) const;
   pid_t pid() const { return pid_; }
   Ended wait();
 

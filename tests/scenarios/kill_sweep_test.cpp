@@ -11,119 +11,22 @@
 #include <optional>
 #include <set>
 
-#include "gonio/acquisition/resume.h"
-#include "gonio/brdf/builtin_materials.h"
 #include "gonio/errors/errors.h"
-#include "gonio/files/text_file.h"
 #include "recorded_disk.h"
-#include "simulated_session.h"
-#include "temporary_folder.h"
+#include "steady_session.h"
 
 namespace gonio {
 namespace {
 
 using acquisition::ResumeState;
 using acquisition::SessionReader;
-using acquisition::SessionResult;
-using acquisition::SessionWriter;
-using Progress = std::function<void(const acquisition::SessionProgress&)>;
-
-const std::vector<std::array<double, 3>> kTwelveDirections{
-    {3.0, 12.0, 28.0},  {39.0, 60.0, 89.0},  {15.0, 30.0, 130.0}, {2.0, 60.0, 180.0},
-    {20.0, 20.0, 60.0}, {5.0, 20.0, 40.0},   {10.0, 25.0, 90.0},  {8.0, 40.0, 100.0},
-    {25.0, 30.0, 70.0}, {30.0, 45.0, 110.0}, {12.0, 35.0, 20.0},  {18.0, 35.0, 150.0}};
-
-constexpr std::chrono::seconds kOutage{100};
 
 using Loss = RecordedDisk::Loss;
 constexpr std::array<Loss, 4> kLosses{Loss::nothing, Loss::unsynced, Loss::at_random,
                                       Loss::half_write};
 
-/// A world of 64 x 52 px in which only noise is random. Without play: from which side an axis took
-/// it up at its home is not known.
-sim::SimOptions steady_world() {
-  sim::SimOptions world = sim::nominal_options(brdf::builtin_materials().front().model, 7);
-  constexpr double kCoarser = 5.0;
-  sim::CameraOptions& camera = world.camera;
-  camera.width_px = 64;
-  camera.height_px = 52;
-  camera.fx_px /= kCoarser;
-  camera.fy_px /= kCoarser;
-  camera.cx_px = 31.5;
-  camera.cy_px = 25.5;
-  world.lamp.drift_sigma = 0.0;
-  world.lamp.warm_up_amplitude = 0.0;
-  world.same_noise_again = true;
-  sim::AxisOptions axis;
-  axis.homing_sigma = Angle();
-  axis.positioning_sigma = Angle();
-  world.axes.assign(world.rig.axes.size(), axis);
-  return world;
-}
-
-class KillSweep : public testing::Test {
+class KillSweep : public SteadySession {
  protected:
-  KillSweep() {
-    options_.white_frames = 1;
-    options_.dark_frames = 2;
-    options_.relative_sigma = 0.02;
-    options_.spot_half_width_mm = 4.0;
-    reduction_.spot_half_width_mm = 4.0;
-    reduction_.grid = 3;
-  }
-
-  acquisition::DeviceSet devices(sim::SimGoniometer& world) const {
-    acquisition::DeviceSet set = devices_of(world);
-    set.begin_subject = [&world](std::uint64_t subject) { world.begin_subject(subject); };
-    return set;
-  }
-
-  /// Runs it, and looks at the rig after whatever end.
-  SessionResult run(sim::SimGoniometer& world, SessionWriter& archive, const Progress& progress,
-                    const acquisition::SessionPart& part = {}) const {
-    struct Safe {
-      sim::SimGoniometer& world;
-      ~Safe() {
-        for (std::size_t i = 0; i < world.axis_count(); ++i) {
-          EXPECT_THROW(world.stage(i).begin_move_to(Angle()), devices::DeviceError)
-              << "axis " << i << " was not stopped";
-        }
-        constexpr double kDark = 0.1;  // of a lit channel's reading
-        EXPECT_LT(world.lamp_monitor().read(), kDark) << "the shutter is open";
-      }
-    };
-    const Safe safe{world};
-    return acquisition::run_session(devices(world), known_, plan_, options_, archive, progress, {},
-                                    part);
-  }
-
-  SessionResult begin(const std::filesystem::path& folder, const Progress& progress = {}) const {
-    sim::SimGoniometer world(steady_world());
-    SessionWriter archive(folder, {{"sample_id", "plate"}}, {});
-    return run(world, archive, progress);
-  }
-
-  SessionResult resume(const std::filesystem::path& folder, const Progress& progress = {}) const {
-    files::ProcessLock lock(acquisition::session_lock(folder));
-    const ResumeState state = acquisition::resume_state(SessionReader(folder));
-    sim::SimOptions later = steady_world();
-    later.begins_at = state.may_begin_at + kOutage;
-    later.power_ups = static_cast<std::uint64_t>(state.parts);
-    sim::SimGoniometer world(later);
-    SessionWriter archive = SessionWriter::resume(folder, std::move(lock), later.begins_at,
-                                                  world.clock().now(), "in a test");
-    acquisition::SessionPart part;
-    part.done = state.done;
-    return run(world, archive, progress, part);
-  }
-
-  std::string samples_of(const std::filesystem::path& folder) const {
-    const TemporaryFolder scratch;
-    samples::write_samples(scratch.path() / "samples.csv",
-                           acquisition::reduce(SessionReader(folder), known_, reduction_).samples);
-    return files::read_text_file(scratch.path() / "samples.csv");
-  }
-
   /// Whether a session had begun at all: what it is to do stands in the archive.
   static bool begun(const std::filesystem::path& folder) {
     try {
@@ -181,10 +84,6 @@ class KillSweep : public testing::Test {
     return std::max<std::size_t>(1, count / wanted) | 1U;
   }
 
-  instrument::Instrument known_ = nominal_instrument(steady_world());
-  acquisition::MeasurementPlan plan_ = plan_of(known_, kTwelveDirections);
-  acquisition::SessionOptions options_;
-  acquisition::ReductionOptions reduction_;
   std::string wanted_;  ///< samples of the uninterrupted session
   int never_begun_ = 0;
   int resumed_ = 0;
@@ -277,7 +176,7 @@ TEST_F(KillSweep, LosesNothingWhereverAResumedSessionEndsAgain) {
   const TemporaryFolder again;
   std::filesystem::copy(cut, again.path() / "session", std::filesystem::copy_options::recursive);
   RecordedDisk disk(again.path() / "session");
-  std::vector<std::size_t> acknowledged_at(4, 0);
+  std::vector<std::size_t> acknowledged_at(5, 0);
   EXPECT_TRUE(resume(again.path() / "session", [&](const acquisition::SessionProgress& now) {
                 while (acknowledged_at.size() <= static_cast<std::size_t>(now.done)) {
                   acknowledged_at.push_back(disk.count());

@@ -332,7 +332,6 @@ void RecordedDisk::restore(std::size_t count, Loss loss, std::uint64_t seed,
 // ---- the system calls of gonio::files ----
 
 extern "C" {
-int __real_fsync(int descriptor);
 int __real_renameat2(int from_folder, const char* from, int to_folder, const char* to,
                      unsigned int flags);
 
@@ -344,7 +343,7 @@ int __wrap_fsync(int descriptor) {
   const std::string path(text.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
   const std::string relative =
       gonio::g_disk != nullptr ? gonio::g_disk->inside(path) : std::string();
-  if (relative.empty()) return __real_fsync(descriptor);
+  if (relative.empty()) return 0;  // as for SQLite: no test here outlives its machine
   const auto take = [&](RecordedDisk::Kind kind, const std::string& name, std::string bytes) {
     return gonio::g_disk->take({kind, name, 0, std::move(bytes)});
   };

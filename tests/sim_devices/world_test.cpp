@@ -62,6 +62,67 @@ TEST(SimGoniometer, FramesOfOneSceneDifferInTheirNoise) {
   EXPECT_NE(world.camera().capture(1ms).pixels_dn, world.camera().capture(1ms).pixels_dn);
 }
 
+/// The frame that comes after all this, its time set aside.
+std::vector<std::uint16_t> frame_of(SimGoniometer& world, std::uint64_t subject) {
+  world.begin_subject(subject);
+  return world.camera().capture(1ms).pixels_dn;
+}
+
+TEST(SimGoniometer, ASubjectHasTheSameNoiseWhateverCameBeforeIt) {
+  SimGoniometer one = SimGoniometer::nominal(grey(), 1);
+  SimGoniometer other = SimGoniometer::nominal(grey(), 1);
+  frame_of(other, 3);
+  other.camera().capture(1ms);
+  EXPECT_EQ(frame_of(one, 5), frame_of(other, 5));
+}
+
+TEST(SimGoniometer, ASubjectHasNoiseOfItsOwnEachTimeItIsBegun) {
+  SimGoniometer world = SimGoniometer::nominal(grey(), 1);
+  const auto none = world.camera().capture(1ms).pixels_dn;
+  const auto first = frame_of(world, 0);
+  EXPECT_NE(first, none);
+  EXPECT_NE(frame_of(world, 1), first);
+  EXPECT_NE(frame_of(world, 0), first);
+
+  SimOptions options = nominal_options(grey(), 1);
+  options.same_noise_again = true;
+  SimGoniometer same(options);
+  EXPECT_EQ(frame_of(same, 0), first);
+  EXPECT_EQ(frame_of(same, 0), first);
+}
+
+TEST(SimGoniometer, AnAxisStandsWhereItWasSentToTheLastBitWhereverItCameFrom) {
+  SimOptions options = nominal_options(grey(), 1);
+  AxisOptions exact;
+  exact.homing_sigma = Angle();
+  exact.positioning_sigma = Angle();
+  exact.encoder_step = Angle();
+  options.axes.assign(options.rig.axes.size(), exact);
+  const auto stands = [&](std::initializer_list<double> by_way_of_deg) {
+    SimGoniometer world(options);
+    home(world);
+    for (const double way : by_way_of_deg) {
+      move_to(world, {60.0_deg, Angle::from_degrees(way), 5.0_deg});
+    }
+    return world.stage(kAzimuth).wait_until_settled(kPatience).radians();
+  };
+  EXPECT_EQ(stands({12.3}), stands({77.7, -3.1, 12.3}));
+}
+
+TEST(SimGoniometer, BeginsAtTheTimeItIsToldAndStandsElsewhereAfterAPowerUp) {
+  SimOptions options = nominal_options(grey(), 1);
+  options.begins_at = 90min;
+  SimGoniometer world(options);
+  EXPECT_EQ(world.clock().now(), 90min);
+
+  const rig::Axis& axis = options.rig.axes[kAzimuth];
+  Joint first(axis, AxisOptions(), 1, kAzimuth, 0);
+  Joint second(axis, AxisOptions(), 1, kAzimuth, 1);
+  EXPECT_NE(first.true_angle(0ns), second.true_angle(0ns));
+  const auto homed = [](Joint& joint) { return joint.true_angle(joint.home(0ns)); };
+  EXPECT_NE(homed(first), homed(second)) << "the mark is missed by something else";
+}
+
 TEST(SimGoniometer, OnlyWaitingLetsTimePass) {
   SimGoniometer world = SimGoniometer::nominal(grey(), 1);
   const auto took = [&](auto&& action) {

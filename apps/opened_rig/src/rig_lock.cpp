@@ -18,6 +18,8 @@ namespace gonio::cli {
 namespace {
 
 std::filesystem::path lock_folder() {
+  // An emulated machine (docs/adr/0004) has devices of its own, and goes away with its folder.
+  if (const char* emulated = std::getenv("UMOCKDEV_DIR")) return emulated;
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
   for (const char* folder : {"/run/lock", runtime}) {
     if (folder != nullptr && ::access(folder, W_OK | X_OK) == 0) return folder;
@@ -79,10 +81,8 @@ files::ProcessLock lock_after_watchdog(const std::filesystem::path& path) {
 }  // namespace
 
 RigLock::RigLock(const RigFile& rig, Parts parts, const std::filesystem::path& folder) {
-  const char* machine = std::getenv("UMOCKDEV_DIR");  // of an emulated one (docs/adr/0004)
   for (const std::string& address : addresses_of(rig, parts)) {
-    const std::string name =
-        "gonio-" + files::sha256_of_bytes(address + (machine != nullptr ? machine : "")) + ".lock";
+    const std::string name = "gonio-" + files::sha256_of_bytes(address) + ".lock";
     try {
       locks_.push_back(lock_after_watchdog((folder.empty() ? lock_folder() : folder) / name));
     } catch (const files::HeldByAnother& error) {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,10 +30,22 @@ struct ReductionOptions {
   void validate() const;
 };
 
+/// How the white after an interruption compares with the last one before it.
+struct WhiteBridge {
+  std::size_t part = 0;          ///< that it leads to, from 1 on
+  double at_s = 0.0;             ///< the white after it, session clock
+  double change_relative = 0.0;  ///< after over before, minus 1, in the channel that says most
+  double u_relative = 0.0;       ///< k = 1
+
+  /// Whether it tells a change from noise. Then each part has its own level.
+  bool is_applied() const { return std::abs(change_relative) > 2.0 * u_relative; }
+};
+
 struct Reduction {
   samples::SampleSet samples;
   std::vector<std::string> warnings;  ///< dropped sub-samples, white drift, damage found
   double white_drift_relative = 0.0;  ///< closing over opening white, worst channel, minus 1
+  std::vector<WhiteBridge> bridges;   ///< of a session that was resumed
 };
 
 /// Pure function of archive, instrument and options. Signals are those of a straight sensor

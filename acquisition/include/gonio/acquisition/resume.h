@@ -15,9 +15,10 @@ struct ResumeState {
   /// Points not to be measured again: acknowledged with an outcome other than Failed, and all their
   /// frames are whole.
   std::map<int, PointOutcome> done;
-  std::vector<std::string> again;         ///< acknowledged points that are, and why, a line each
-  std::chrono::nanoseconds may_begin_at{0};  ///< just after the latest of the journal, session clock
-  int parts = 1;                          ///< so far: 1 and one for each time it was resumed
+  std::vector<std::string> again;  ///< acknowledged points that are, and why, a line each
+  std::chrono::nanoseconds may_begin_at{
+      0};         ///< just after the latest of the journal, session clock
+  int parts = 1;  ///< so far: 1 and one for each time it was resumed
 };
 
 ResumeState resume_state(const SessionReader& archive);

@@ -247,8 +247,8 @@ struct SimOptions {
   /// What is done twice, as the opening and the closing white, has the same noise both times: for
   /// comparing a session with an uninterrupted one to the byte. See SimGoniometer::begin_subject().
   bool same_noise_again = false;
-  std::optional<double> time_scale;       ///< real pace, see VirtualClock
-  bool runs_by_itself = false;  ///< time passes without anybody waiting; needs a time scale
+  std::optional<double> time_scale;  ///< real pace, see VirtualClock
+  bool runs_by_itself = false;       ///< time passes without anybody waiting; needs a time scale
 
   void validate() const;
 };

@@ -21,9 +21,9 @@ namespace gonio::cli {
 class Watchdog {
  public:
   /// `held` are descriptors that it keeps open until it has ended: locks on the rig, which is
-  /// nobody else's until then. `on_lost` is called once, on a thread of its own, should the watchdog itself die: from then on
-  /// nobody would stop the rig. Throws std::system_error or std::runtime_error when it cannot be
-  /// started or does not answer.
+  /// nobody else's until then. `on_lost` is called once, on a thread of its own, should the
+  /// watchdog itself die: from then on nobody would stop the rig. Throws std::system_error or
+  /// std::runtime_error when it cannot be started or does not answer.
   Watchdog(const RigFile& rig, const std::vector<int>& held, std::function<void()> on_lost);
   ~Watchdog();
   Watchdog(const Watchdog&) = delete;
