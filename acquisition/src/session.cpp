@@ -98,7 +98,7 @@ class Session {
   bool paused() {
     if (!part_.pause.stop_requested()) return false;
     devices_.close_shutter();
-    archive_.note(devices_.now(), "paused", "the session was asked to pause");
+    archive_.note(devices_.now(), kPausedNote, "the session was asked to pause");
     return true;
   }
 

@@ -97,7 +97,7 @@ TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
   EXPECT_THAT(ended.error, HasSubstr("paused after"));
   EXPECT_THAT(ended.error, HasSubstr("gonio resume session"));
   const auto paused = status("session", 4);
-  EXPECT_EQ(paused["state"], "interrupted");
+  EXPECT_EQ(paused["state"], "paused");
   EXPECT_THAT(paused["damage"], testing::IsEmpty());
   const int measured = paused["measured"].get<int>();
   EXPECT_GE(measured, 2) << "the point under way was finished";

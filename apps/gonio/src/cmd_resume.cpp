@@ -19,7 +19,7 @@ struct ResumeOptions {
   bool yes = false;
 };
 
-/// Waited in vain: a live process is measuring it.
+/// Held from before the archive is read. Throws UsageError when a live process is measuring it.
 files::ProcessLock lock_of(const std::filesystem::path& folder) {
   if (!std::filesystem::exists(folder / "session.sqlite")) {
     throw UsageError(folder.string() + ": found no session.sqlite, expected a session archive");
@@ -103,6 +103,10 @@ void tell_what_is_left(const Console& console, const acquisition::SessionReader&
 int resume(Context& context, const ResumeOptions& options) {
   const std::filesystem::path folder(options.session);
   files::ProcessLock lock = lock_of(folder);
+  if (acquisition::SessionReader(folder).configuration().empty()) {
+    throw UsageError(options.session + ": ended before it had begun: nothing was measured",
+                     "remove the folder and begin anew");
+  }
   const StoredSession stored = open_session(folder);
   acquisition::ResumeState state = acquisition::resume_state(stored.archive);
   if (state.finished) {

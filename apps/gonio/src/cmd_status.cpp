@@ -25,15 +25,19 @@ bool in_calibration_text(const std::string& key) {
          key == "calibration_open_steps";
 }
 
+const char* session_state(const acquisition::SessionReader& archive, bool has_writer) {
+  if (archive.finished()) return "complete";
+  if (has_writer) return "running";
+  const auto& notes = archive.notes();
+  return !notes.empty() && notes.back().kind == acquisition::kPausedNote ? "paused" : "interrupted";
+}
+
 /// With what can be done about it.
 std::string session_state_text(const std::string& state, const std::filesystem::path& folder,
                                std::optional<pid_t> writer) {
   if (state == "running") return fmt::format("running, process {}", *writer);
-  if (state == "interrupted") {
-    return fmt::format("interrupted; gonio resume {} goes on with it",
-                       printable_line(folder.string()));
-  }
-  return state;
+  if (state == "complete") return state;
+  return fmt::format("{}; gonio resume {} goes on with it", state, printable_line(folder.string()));
 }
 
 int status(Context& context, const StatusOptions& options) {
@@ -53,7 +57,7 @@ int status(Context& context, const StatusOptions& options) {
     return point.second == acquisition::PointOutcome::Measured;
   });
   const auto writer = files::lock_holder(acquisition::session_lock(folder));
-  const char* state = archive.finished() ? "complete" : writer ? "running" : "interrupted";
+  const char* state = session_state(archive, writer.has_value());
   if (options.json) {
     const nlohmann::ordered_json result = {
         {"state", state},   {"points", outcomes.size()},  {"measured", measured},
