@@ -212,6 +212,23 @@ TEST_F(KillSweep, DoesNothingWithAFinishedSession) {
   EXPECT_THROW(resume(whole), std::logic_error);
 }
 
+TEST_F(KillSweep, GoesOnAtTheVeryMomentThatItEnded) {
+  const TemporaryFolder folder;
+  const std::filesystem::path whole = folder.path() / "whole";
+  const std::filesystem::path cut = folder.path() / "cut";
+  {
+    RecordedDisk disk(whole);
+    std::size_t after_five = 0;
+    begin(whole, [&](const acquisition::SessionProgress& now) {
+      if (now.done == 5 && after_five == 0) after_five = disk.count();
+    });
+    disk.restore(after_five, Loss::nothing, 0, cut);
+  }
+  wanted_ = samples_of(whole);
+  outage_ = std::chrono::seconds(0);
+  expect_resumes(cut, 5);
+}
+
 TEST_F(KillSweep, MeasuresAPointAgainWhoseFrameWasSpoilt) {
   const TemporaryFolder folder;
   const std::filesystem::path whole = folder.path() / "whole";

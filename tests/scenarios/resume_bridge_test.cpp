@@ -27,7 +27,7 @@ class ResumeBridge : public SteadySession {
     const std::filesystem::path session = folder_ / "session";
     std::stop_source pause;
     {
-      sim::SimGoniometer world(steady_world());
+      sim::SimGoniometer world(world_);
       acquisition::SessionWriter archive(session, {}, {});
       acquisition::SessionPart part;
       part.pause = pause.get_token();
@@ -38,9 +38,8 @@ class ResumeBridge : public SteadySession {
           },
           part);
     }
-    sim::SimOptions later = steady_world();
-    later.camera.responsivity_e_per_s *= 1.0 + brighter;
-    EXPECT_TRUE(resume(session, {}, later).complete);
+    world_.camera.responsivity_e_per_s *= 1.0 + brighter;
+    EXPECT_TRUE(resume(session).complete);
     return acquisition::reduce(SessionReader(session), known_, reduction_);
   }
 

@@ -21,8 +21,6 @@ inline const std::vector<std::array<double, 3>> kTwelveDirections{
     {20.0, 20.0, 60.0}, {5.0, 20.0, 40.0},   {10.0, 25.0, 90.0},  {8.0, 40.0, 100.0},
     {25.0, 30.0, 70.0}, {30.0, 45.0, 110.0}, {12.0, 35.0, 20.0},  {18.0, 35.0, 150.0}};
 
-inline constexpr std::chrono::seconds kOutage{100};
-
 /// A world of 64 x 52 px in which only noise is random. Without play: from which side an axis took
 /// it up at its home is not known.
 inline sim::SimOptions steady_world() {
@@ -87,18 +85,18 @@ class SteadySession : public testing::Test {
 
   acquisition::SessionResult begin(const std::filesystem::path& folder,
                                    const Progress& progress = {}) const {
-    sim::SimGoniometer world(steady_world());
+    sim::SimGoniometer world(world_);
     acquisition::SessionWriter archive(folder, {{"sample_id", "plate"}}, {});
     return run(world, archive, progress);
   }
 
   acquisition::SessionResult resume(const std::filesystem::path& folder,
-                                    const Progress& progress = {},
-                                    sim::SimOptions later = steady_world()) const {
+                                    const Progress& progress = {}) const {
     files::ProcessLock lock(acquisition::session_lock(folder));
     const acquisition::ResumeState state =
         acquisition::resume_state(acquisition::SessionReader(folder));
-    later.begins_at = state.may_begin_at + kOutage;
+    sim::SimOptions later = world_;
+    later.begins_at = state.may_begin_at + outage_;
     later.power_ups = static_cast<std::uint64_t>(state.parts);
     sim::SimGoniometer world(later);
     acquisition::SessionWriter archive = acquisition::SessionWriter::resume(
@@ -116,6 +114,8 @@ class SteadySession : public testing::Test {
     return files::read_text_file(scratch.path() / "samples.csv");
   }
 
+  sim::SimOptions world_ = steady_world();
+  std::chrono::seconds outage_{100};
   instrument::Instrument known_ = nominal_instrument(steady_world());
   acquisition::MeasurementPlan plan_ = plan_of(known_, kTwelveDirections);
   acquisition::SessionOptions options_;

@@ -119,7 +119,11 @@ TEST(SimGoniometer, BeginsAtTheTimeItIsToldAndStandsElsewhereAfterAPowerUp) {
   Joint first(axis, AxisOptions(), 1, kAzimuth, 0);
   Joint second(axis, AxisOptions(), 1, kAzimuth, 1);
   EXPECT_NE(first.true_angle(0ns), second.true_angle(0ns));
-  const auto homed = [](Joint& joint) { return joint.true_angle(joint.home(0ns)); };
+  const auto homed = [](Joint& joint) {
+    const auto end = joint.start_homing(0ns);
+    joint.finish_homing();
+    return joint.true_angle(end);
+  };
   EXPECT_NE(homed(first), homed(second)) << "the mark is missed by something else";
 }
 
