@@ -20,6 +20,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+/// What a session says first; its archive is there by then.
+constexpr const char* kBeginning = "home";
+
 /// Nothing but noise is random, and what it is does not depend on what came before.
 const std::string kTinySteadyRig = R"([camera]
 width_px = 48
@@ -50,15 +53,16 @@ class RandomKills : public Workflow {
 
   static std::vector<std::string> measure(const std::string& out) {
     return {"measure",          "rig.toml", "--plan", "list.csv", "--material",
-            "builtin:red-pmma", "--out",    out,      "-q"};
+            "builtin:red-pmma", "--out",    out,      "-v"};
   }
 
-  /// Runs it and kills it after a random part of `time`, unless it has ended. Whether it was
-  /// killed.
+  /// Runs it and kills it a random part of `time` after its session began, unless it has ended.
+  /// Whether it was killed.
   bool kill_within(Clock::duration time, const std::vector<std::string>& arguments) {
     constexpr double kOneIn32Bits = 1.0 / 4294967296.0;
     const double share = static_cast<double>(random_()) * kOneIn32Bits;
     GonioProcess process(arguments, folder.path());
+    process.wait_for(kBeginning);
     const bool ended =
         process.ends_within(std::chrono::duration_cast<std::chrono::nanoseconds>(time * share));
     if (!ended) process.send(SIGKILL);
@@ -92,8 +96,10 @@ TEST_F(RandomKills, LoseNothingAndChangeNoByte) {
   const int kills = told != nullptr ? std::atoi(told) : 50;
   constexpr int kTableEvery = 10;
   constexpr int kTwiceEvery = 3;
+  GonioProcess whole(measure("whole"), folder.path());
+  ASSERT_TRUE(whole.wait_for(kBeginning));
   const auto began = Clock::now();
-  run(measure("whole"));
+  ASSERT_EQ(whole.wait().exit_code, 0);
   Clock::duration time = Clock::now() - began;
   const std::string samples = samples_of("whole");
   const std::string table = table_of("whole");
@@ -114,15 +120,17 @@ TEST_F(RandomKills, LoseNothingAndChangeNoByte) {
       ++never_begun;  // before there was anything to go on with
       continue;
     }
-    if (kill % kTwiceEvery == 0 && kill_within(time, {"resume", session, "-q"})) ++twice;
+    if (kill % kTwiceEvery == 0 && kill_within(time, {"resume", session, "-v"})) ++twice;
     run({"resume", session, "-q", "--outage", std::to_string(kill)});
     EXPECT_EQ(nlohmann::json::parse(run({"status", session, "--json"}).out)["measured"], 5);
     EXPECT_EQ(samples_of(session), samples);
-    if (kill % kTableEvery == 0) EXPECT_EQ(table_of(session), table);
+    if (kill % kTableEvery == 0) {
+      EXPECT_EQ(table_of(session), table);
+    }
     ++resumed;
     std::filesystem::remove_all(folder / session);
   }
-  EXPECT_GE(resumed, kills / 4) << "most instants lie within the session";
+  EXPECT_GE(resumed, kills / 2) << "most instants lie within the session";
   std::printf(
       "%d kills: %d resumed (%d of them killed again meanwhile), %d before the first frame, "
       "%d after the end\n",

@@ -2,6 +2,7 @@
 
 #include "gonio/opened_rig/rig_lock.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
