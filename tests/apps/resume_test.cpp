@@ -30,7 +30,7 @@ class Resume : public Workflow {
   void SetUp() override {
     Workflow::SetUp();
     folder.write("rig.toml", kSteady);
-    folder.write("slow.toml", kSteady + "time_scale = 20.0\n");
+    folder.write("slow.toml", kSteady + "time_scale = 60.0\n");
   }
 
   std::vector<std::string> measure(const std::string& rig, const std::string& out) const {

@@ -58,9 +58,10 @@ void check_hardware_options(const RigFile& rig);
 std::vector<DeviceIdentity> named_devices(const RigFile& rig);
 
 /// The devices that a rig file with driver "hardware" names, held against other processes
-/// (RigLock). Throws devices::DeviceError naming the one that does not answer, UsageError for one whose library this program was built without. A
-/// `stop` is heard before each device, within 3 s also while a silent camera is waited for, and
-/// ends as DeviceError, Stopped, with all ports closed again.
+/// (RigLock). Throws devices::DeviceError naming the one that does not answer, UsageError for one
+/// whose library this program was built without. A `stop` is heard before each device, within 3 s
+/// also while a silent camera is waited for, and ends as DeviceError, Stopped, with all ports
+/// closed again.
 std::unique_ptr<OpenedRig> open_hardware_rig(const RigFile& rig, Parts parts,
                                              const std::stop_token& stop);
 
