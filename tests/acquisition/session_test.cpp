@@ -293,6 +293,7 @@ TEST_F(Session, PausesAfterThePointUnderWay) {
   const SessionReader archive(folder_);
   EXPECT_FALSE(archive.finished());
   EXPECT_EQ(archive.points().size(), 1U);
+  ASSERT_FALSE(archive.notes().empty());
   EXPECT_EQ(archive.notes().back().kind, "paused");
 }
 
