@@ -10,6 +10,7 @@
 
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/calibration/board/board_spec.h"
+#include "gonio/files/process_lock.h"
 #include "gonio/files/text_file.h"
 #include "workflow.h"
 
@@ -40,6 +41,24 @@ TEST_F(Calibrate, TakesStepsAloneAndGoesOnFromItsFolder) {
   }
   EXPECT_THAT(files::read_text_file(folder.path() / "cal" / "report.html", kEnough),
               HasSubstr("darks"));
+}
+
+TEST_F(Calibrate, WorksInAFolderAlone) {
+  std::filesystem::create_directories(folder.path() / "cal");
+  const files::ProcessLock another(folder.path() / "cal" / "calibration.lock");
+  const std::vector<std::string> darks{"calibrate", "rig.toml", "--out", "cal",
+                                       "--yes",     "--only",   "darks"};
+  EXPECT_THAT(run(darks, 2).error, HasSubstr("is calibrating in this folder"));
+  run({"calibrate", "rig.toml", "--out", "cal", "--list"});
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "cal" / "calibration.json"));
+}
+
+TEST_F(Calibrate, TellsAFolderThatTakesNothingAndOneThatIsNone) {
+  folder.write("file", "");
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "file", "--yes", "--only", "darks"}, 1).error,
+              HasSubstr("file/raw: cannot make"));
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "", "--yes"}, 2).error,
+              HasSubstr("names no folder"));
 }
 
 TEST_F(Calibrate, SaysWhatIsWrongWithTheCommand) {

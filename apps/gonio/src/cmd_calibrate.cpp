@@ -17,6 +17,7 @@
 #include "gonio/console/suggest.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
+#include "gonio/files/process_lock.h"
 #include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
 #include "json_text.h"
@@ -113,6 +114,16 @@ routine::RoutineSettings settings_of(const RigFile& rig, const CalibrateOptions&
   return settings;
 }
 
+files::ProcessLock locked(const std::filesystem::path& folder) {
+  try {
+    return files::ProcessLock(folder / "calibration.lock");
+  } catch (const files::HeldByAnother& held) {
+    throw UsageError(
+        fmt::format("{}: process {} is calibrating in this folder", folder.string(), held.holder()),
+        "wait for it, or begin in another folder");
+  }
+}
+
 /// Before the first move: an hour's warm-up should not end at a folder that takes nothing.
 void require_writable(const std::filesystem::path& folder) {
   const std::filesystem::path raw = routine::Folder{folder}.raw_folder();
@@ -150,7 +161,12 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   }
   const routine::RoutineSettings settings = settings_of(rig, options);
   if (options.out.empty()) throw UsageError("--out: the path names no folder");
-  if (!options.list) require_writable(options.out);
+  std::optional<files::ProcessLock>
+      alone;  // a program keeps the archive in memory and writes it whole
+  if (!options.list) {
+    require_writable(options.out);
+    alone.emplace(locked(options.out));
+  }
   const auto opened = open_rig(rig, Parts::all, context.stop, options.seed.value_or(1));
   routine::Routine calibration = calibration_in(options.out, rig, settings, *opened);
   const auto finish = [&](int code) {

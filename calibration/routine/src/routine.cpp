@@ -74,6 +74,12 @@ Observations read_observations(const instrument::StepResult& result, const Folde
                           fmt::format("found {} files, expected one", result.raw_data.size()));
   }
   const std::filesystem::path path = folder.raw(result.step, result.raw_data[0].sha256);
+  if (!std::filesystem::exists(path)) {
+    throw DataFormatError(path, "file",
+                          fmt::format("found none, expected what step {} was made from; bring it "
+                                      "back, or begin in another folder",
+                                      result.step));
+  }
   const std::string text = files::read_text_file(path, kMaxRawBytes);
   if (files::sha256_of_bytes(text) != result.raw_data[0].sha256) {
     throw DataFormatError(path, "contents",
