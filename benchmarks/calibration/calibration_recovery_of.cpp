@@ -11,9 +11,9 @@
 #include <exception>
 #include <string>
 
-#include "calibration_setup.h"
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/instrument/calibration_archive.h"
+#include "gonio/setup/calibration_settings.h"
 #include "gonio/setup/simulated_rig.h"
 #include "recovery.h"
 

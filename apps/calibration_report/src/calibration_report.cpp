@@ -9,16 +9,16 @@
 #include <string_view>
 
 #include "gonio/instrument/calibration_step.h"
-#include "gonio/report/escaped.h"
+#include "gonio/page/escaped.h"
+#include "gonio/page/style.h"
 #include "sections.h"
-#include "style.h"
 
 namespace gonio::calibration_report {
 namespace {
 
 using instrument::AcceptanceCheck;
 using instrument::StepState;
-using report::escaped;
+using page::escaped;
 
 constexpr std::string_view kStyle = R"css(
 .meter{display:inline-block;width:110px;height:9px;border-radius:5px;background:var(--line);
@@ -187,7 +187,7 @@ std::string html(const CalibrationReportData& data) {
              "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
              "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
              "<title>{} · calibration</title>\n<style>{}{}</style>\n</head>\n<body>\n<main>\n",
-             escaped(data.rig), report::style_sheet(), kStyle) +
+             escaped(data.rig), page::style_sheet(), kStyle) +
          header(data) + verification_section(data) +
          "<section>\n<h2>Steps</h2>\n<table class=\"steps\">\n" + rows + "</table>\n</section>\n" +
          figure_sections(data) + "</main>\n</body>\n</html>\n";

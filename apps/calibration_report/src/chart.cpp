@@ -6,17 +6,17 @@
 #include <cmath>
 #include <limits>
 
-#include "gonio/report/escaped.h"
-#include "html.h"
+#include "gonio/page/escaped.h"
+#include "gonio/page/html.h"
 
 namespace gonio::calibration_report {
 namespace {
 
-using report::Axis;
-using report::escaped;
-using report::number;
-using report::Point;
-using report::Svg;
+using page::Axis;
+using page::escaped;
+using page::number;
+using page::Point;
+using page::Svg;
 
 constexpr double kWidth = 520.0;
 constexpr double kHeight = 300.0;

@@ -4,13 +4,13 @@
 #include <string_view>
 #include <vector>
 
-#include "svg.h"
+#include "gonio/page/svg.h"
 
 namespace gonio::calibration_report {
 
 /// Marks of one kind. `css` is "dot", "off" (rings) or "curve" and a colour: "dot g".
 struct Series {
-  std::vector<report::Point> points;
+  std::vector<page::Point> points;
   std::string_view css;
   std::string name;  ///< in the key; empty: not in it. Escaped where it is written
 };
@@ -36,16 +36,16 @@ struct ChartOptions {
 
 /// A value over a rectangle of a map, all in the map's own units.
 struct Cell {
-  report::Point low;
-  report::Point high;
+  page::Point low;
+  page::Point high;
   double value = 0.0;
   bool veiled = false;  ///< drawn faded: not supported by data
 };
 
 /// A field over a plane: an image (rows downwards) or angles (upwards).
 struct MapOptions {
-  report::Point low;   ///< of the plane
-  report::Point high;  ///< above `low`
+  page::Point low;   ///< of the plane
+  page::Point high;  ///< above `low`
   bool downwards = true;
   double full = 0.0;      ///< |value| of full colour; 0: no colours and no bar
   double middle = 0.0;    ///< value without colour; above it red, below it blue

@@ -10,8 +10,8 @@
 namespace gonio::calibration_report {
 namespace {
 
-using report::Axis;
-using report::Svg;
+using page::Axis;
+using page::Svg;
 
 /// "#rrggbb" of a colour as a screen can show it.
 std::string screen_colour(const Eigen::Vector3d& linear_srgb) {

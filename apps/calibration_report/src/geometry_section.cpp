@@ -13,7 +13,7 @@ namespace {
 
 using calibration::geometry::FittedView;
 using calibration::geometry::StageView;
-using report::Point;
+using page::Point;
 
 // A mean of fewer is mostly noise, and would be the longest needle.
 constexpr int kLeastCorners = 5;

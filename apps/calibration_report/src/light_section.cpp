@@ -13,7 +13,7 @@
 namespace gonio::calibration_report {
 namespace {
 
-using report::Point;
+using page::Point;
 
 double tangent_of_degrees(double degrees) { return std::tan(degrees * std::numbers::pi / 180.0); }
 

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "gonio/report/escaped.h"
+#include "gonio/page/escaped.h"
 
 namespace gonio::calibration_report {
 
-using report::escaped;
+using page::escaped;
 
 std::string section(std::string_view title, const Facts& facts, const std::string& figures) {
   if (figures.empty() && facts.empty()) return {};

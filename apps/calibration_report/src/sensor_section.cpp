@@ -11,7 +11,7 @@
 namespace gonio::calibration_report {
 namespace {
 
-using report::Point;
+using page::Point;
 
 /// Two sigmas of a level's variance, relative: the same for all levels of one region.
 double two_sigma_percent(const CalibrationReportData& data) {

@@ -9,7 +9,7 @@
 namespace gonio::calibration_report {
 namespace {
 
-using report::Point;
+using page::Point;
 
 /// Twice the area of o, a, b; above 0 when they turn to the left.
 double cross(Point o, Point a, Point b) {

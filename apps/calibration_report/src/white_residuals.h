@@ -4,7 +4,7 @@
 
 #include "gonio/calibration/radiometry/white_view.h"
 #include "gonio/calibration_report/calibration_report.h"
-#include "svg.h"
+#include "gonio/page/svg.h"
 
 namespace gonio::calibration_report {
 
@@ -12,8 +12,8 @@ namespace gonio::calibration_report {
 struct WhiteResidual {
   double column = 0.0;
   double row = 0.0;
-  double percent = 0.0;           ///< seen over predicted, less one
-  report::Point off_lamp_axis{};  ///< deg about the lamp's own x and y
+  double percent = 0.0;         ///< seen over predicted, less one
+  page::Point off_lamp_axis{};  ///< deg about the lamp's own x and y
 };
 
 /// Of the views of the flat field; empty when they or the fields are not known, or belong to
@@ -22,8 +22,8 @@ std::vector<WhiteResidual> white_residuals(const CalibrationReportData& data);
 
 /// The convex hull, counter-clockwise, its first point again at the end; fewer than 3 points that
 /// differ: empty. Source: Andrew, Information Processing Letters 9, 1979 (monotone chain).
-std::vector<report::Point> convex_hull(std::vector<report::Point> points);
+std::vector<page::Point> convex_hull(std::vector<page::Point> points);
 
-bool inside(const std::vector<report::Point>& hull, report::Point p);
+bool inside(const std::vector<page::Point>& hull, page::Point p);
 
 }  // namespace gonio::calibration_report

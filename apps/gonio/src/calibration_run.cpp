@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "calibration_setup.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/calibration/routine/expected_time.h"
 #include "gonio/errors/errors.h"

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "calibration_setup.h"
 #include "command.h"
 #include "find_alignment.h"
 #include "gonio/calibration/result/step_refused.h"

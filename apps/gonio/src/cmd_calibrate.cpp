@@ -8,7 +8,6 @@
 
 #include "asking_changer.h"
 #include "calibration_run.h"
-#include "calibration_setup.h"
 #include "chart_certificate.h"
 #include "command.h"
 #include "gonio/calibration/result/step_refused.h"
@@ -19,6 +18,7 @@
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/process_lock.h"
 #include "gonio/opened_rig/opened_rig.h"
+#include "gonio/setup/calibration_settings.h"
 #include "gonio/setup/simulated_rig.h"
 #include "json_text.h"
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "calibration_run.h"
-#include "calibration_setup.h"
 #include "command.h"
 #include "demo_index.h"
 #include "direction_choice.h"
@@ -20,6 +19,7 @@
 #include "gonio/files/atomic_folder.h"
 #include "gonio/render/comparison_sheet.h"
 #include "gonio/render/png.h"
+#include "gonio/setup/calibration_settings.h"
 #include "gonio/setup/simulated_rig.h"
 #include "json_text.h"
 #include "patch_geometry.h"

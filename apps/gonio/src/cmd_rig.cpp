@@ -3,7 +3,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "calibration_setup.h"
 #include "command.h"
 #include "gonio/console/printable.h"
 #include "gonio/design/published_sets.h"

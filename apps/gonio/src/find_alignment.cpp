@@ -3,10 +3,10 @@
 #include <utility>
 
 #include "calibration_run.h"
-#include "calibration_setup.h"
 #include "gonio/calibration/routine/sample_alignment.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
+#include "gonio/setup/calibration_settings.h"
 
 namespace gonio::cli {
 namespace {

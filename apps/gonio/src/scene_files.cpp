@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "gonio/console/failures.h"
-#include "gonio/report/escaped.h"
+#include "gonio/page/escaped.h"
 
 namespace gonio::cli {
 namespace {
@@ -65,7 +65,7 @@ std::string mitsuba_scene(const std::string& bsdf_name) {
   </shape>
 </scene>
 )",
-                     report::escaped(bsdf_name));
+                     page::escaped(bsdf_name));
 }
 
 std::string pbrt_scene(const std::string& bsdf_name, const std::string& image_name) {

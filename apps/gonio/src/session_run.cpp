@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "asking_changer.h"
-#include "calibration_setup.h"
 #include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"

@@ -44,6 +44,12 @@ class SimulatedRig final : public OpenedRig {
 
 }  // namespace
 
+std::map<std::string, std::string> serials_of(OpenedRig& rig) {
+  std::map<std::string, std::string> serials;
+  for (const DeviceIdentity& each : rig.identities()) serials[each.device] = each.identity;
+  return serials;
+}
+
 std::unique_ptr<OpenedRig> open_simulated_rig(const sim::SimOptions& world) {
   return std::make_unique<SimulatedRig>(world);
 }

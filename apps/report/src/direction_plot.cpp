@@ -3,9 +3,8 @@
 #include <cmath>
 
 #include "gonio/brdf/directions.h"
-#include "html.h"
+#include "page_parts.h"
 #include "plots.h"
-#include "svg.h"
 
 namespace gonio::report {
 namespace {

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "gonio/brdf/brdf_table.h"
+#include "page_parts.h"
 #include "plots.h"
-#include "style.h"
-#include "svg.h"
 
 namespace gonio::report {
 namespace {

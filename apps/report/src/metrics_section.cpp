@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "html.h"
+#include "page_parts.h"
 #include "sections.h"
 
 namespace gonio::report {

@@ -4,9 +4,8 @@
 
 #include <stdexcept>
 
-#include "html.h"
+#include "page_parts.h"
 #include "sections.h"
-#include "style.h"
 
 namespace gonio::report {
 namespace {

@@ -6,10 +6,8 @@
 #include <map>
 #include <vector>
 
-#include "html.h"
+#include "page_parts.h"
 #include "plots.h"
-#include "style.h"
-#include "svg.h"
 
 namespace gonio::report {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include "html.h"
+#include "page_parts.h"
 #include "plots.h"
 
 namespace gonio::report {

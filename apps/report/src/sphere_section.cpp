@@ -8,7 +8,7 @@
 #include "gonio/brdf/brdf_table.h"
 #include "gonio/render/difference.h"
 #include "gonio/render/sphere_picture.h"
-#include "html.h"
+#include "page_parts.h"
 #include "sections.h"
 
 namespace gonio::report {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "html.h"
+#include "page_parts.h"
 #include "plots.h"
 
 namespace gonio::report {

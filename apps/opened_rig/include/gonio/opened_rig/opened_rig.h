@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <stop_token>
 #include <string>
@@ -45,6 +46,9 @@ class OpenedRig {
  protected:
   OpenedRig() = default;
 };
+
+/// Who the devices are, as a calibration keeps it: device -> what it says of itself.
+std::map<std::string, std::string> serials_of(OpenedRig& rig);
 
 /// A world in this process.
 std::unique_ptr<OpenedRig> open_simulated_rig(const sim::SimOptions& world);

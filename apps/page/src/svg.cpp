@@ -1,4 +1,4 @@
-#include "svg.h"
+#include "gonio/page/svg.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "html.h"
+#include "gonio/page/html.h"
 
-namespace gonio::report {
+namespace gonio::page {
 namespace {
 
 bool finite(Point p) { return std::isfinite(p.x) && std::isfinite(p.y); }
@@ -143,4 +143,4 @@ std::string decade_label(double power_of_ten) {
   return label;
 }
 
-}  // namespace gonio::report
+}  // namespace gonio::page

@@ -1,6 +1,6 @@
-#include "style.h"
+#include "gonio/page/style.h"
 
-namespace gonio::report {
+namespace gonio::page {
 
 std::string_view style_sheet() {
   return R"css(
@@ -154,4 +154,4 @@ print-color-adjust:exact}}
 )css";
 }
 
-}  // namespace gonio::report
+}  // namespace gonio::page

@@ -5,10 +5,10 @@
 #include <string>
 #include <string_view>
 
+#include "gonio/page/escaped.h"
 #include "gonio/render/image.h"
-#include "gonio/report/escaped.h"
 
-namespace gonio::report {
+namespace gonio::page {
 
 std::string base64(std::span<const std::byte> bytes);
 
@@ -24,4 +24,4 @@ std::string duration(double seconds);
 /// About three significant digits, without an exponent where that stays readable; "–" for NaN.
 std::string number(double value);
 
-}  // namespace gonio::report
+}  // namespace gonio::page

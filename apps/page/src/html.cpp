@@ -1,4 +1,4 @@
-#include "html.h"
+#include "gonio/page/html.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "gonio/render/png.h"
 
-namespace gonio::report {
+namespace gonio::page {
 namespace {
 
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
@@ -122,4 +122,4 @@ std::string number(double value) {
   return sign + fmt::format("{:.{}f}", size, decimals);
 }
 
-}  // namespace gonio::report
+}  // namespace gonio::page

@@ -1,4 +1,4 @@
-#include "calibration_setup.h"
+#include "gonio/setup/calibration_settings.h"
 
 #include "gonio/sim/hidden_options.h"
 
@@ -20,12 +20,6 @@ calibration::routine::RoutineSettings calibration_settings(const RigFile& rig) {
     }
   }
   return settings;
-}
-
-std::map<std::string, std::string> serials_of(OpenedRig& rig) {
-  std::map<std::string, std::string> serials;
-  for (const DeviceIdentity& each : rig.identities()) serials[each.device] = each.identity;
-  return serials;
 }
 
 }  // namespace gonio::cli

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-namespace gonio::report {
+namespace gonio::page {
 
 struct Point {
   double x;
@@ -65,4 +65,4 @@ class Axis {
 /// "0.01", "1", "100"; "10⁻⁶" where zeros would get long.
 std::string decade_label(double power_of_ten);
 
-}  // namespace gonio::report
+}  // namespace gonio::page
