@@ -22,7 +22,7 @@ echo $? >code
 echo $child >first
 kill -TERM $child
 wait $child
-"$gonio" jog rig.toml tilt 0 2>>second
+"$gonio" shutter rig.toml close 2>>second
 echo $? >code_after
 )");
   in_the_machine("two.sh");

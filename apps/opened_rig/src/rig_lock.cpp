@@ -27,12 +27,23 @@ std::filesystem::path lock_folder() {
   return std::filesystem::temp_directory_path();
 }
 
+/// What a stable name of a port, a link as in /dev/serial/by-id, stands for. Link by link:
+/// umockdev's realpath(3), which would do it at once, writes beyond its result where a port of an
+/// emulated machine is a link out of it.
+std::filesystem::path port_behind(std::filesystem::path port) {
+  constexpr int kMostLinks = 40;  // as many as Linux follows
+  for (int link = 0; link < kMostLinks; ++link) {
+    std::error_code no_link;
+    const std::filesystem::path target = std::filesystem::read_symlink(port, no_link);
+    if (no_link) break;
+    port = (port.parent_path() / target).lexically_normal();
+  }
+  return port;
+}
+
 std::string bus_address(const BusEntry& bus) {
   if (bus.kind == BusEntry::Kind::modbus_tcp) return fmt::format("{}:{}", bus.host, bus.tcp_port);
-  // A port under its stable name is the same port.
-  std::error_code unknown;
-  const std::filesystem::path port = std::filesystem::canonical(bus.port, unknown);
-  return unknown ? bus.port : port.string();
+  return port_behind(bus.port).string();
 }
 
 /// What is driven, as one process at a time may: in an order that all keep to.
