@@ -55,7 +55,7 @@ TEST_F(Calibrate, WorksInAFolderAlone) {
 
 TEST_F(Calibrate, TellsAFolderThatTakesNothingAndOneThatIsNone) {
   folder.write("file", "");
-  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "file", "--yes", "--only", "darks"}, 1).error,
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "file", "--yes", "--only", "darks"}, 2).error,
               HasSubstr("file/raw: cannot make"));
   EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "", "--yes"}, 2).error,
               HasSubstr("names no folder"));
