@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numbers>
@@ -324,22 +325,14 @@ std::shared_ptr<const RadianceImage> RadianceRenderer::render_anew(const rig::Jo
   if (options_.camera.psf_sigma_px > 0.0) {
     // What is grey, as most targets of a calibration are, is blurred once.
     auto& [red, green, blue] = image->planes;
-    const bool green_is_red = green == red;
-    const bool blue_is_red = blue == red;
-    const auto blurred = [&](std::vector<float>& plane) {
-      blur(plane, options_.camera.width_px, options_.camera.height_px,
-           options_.camera.psf_sigma_px);
-    };
-    blurred(red);
-    if (green_is_red) {
-      green = red;
-    } else {
-      blurred(green);
-    }
-    if (blue_is_red) {
-      blue = red;
-    } else {
-      blurred(blue);
+    const std::array<bool, 3> is_red{false, green == red, blue == red};
+    for (std::size_t band = 0; band < 3; ++band) {
+      if (is_red[band]) {
+        image->planes[band] = red;
+      } else {
+        blur(image->planes[band], options_.camera.width_px, options_.camera.height_px,
+             options_.camera.psf_sigma_px);
+      }
     }
   }
   return image;

@@ -23,7 +23,6 @@ using Clock = std::chrono::steady_clock;
 /// What a session says first; its archive is there by then.
 constexpr const char* kBeginning = "home";
 
-/// Nothing but noise is random, and what it is does not depend on what came before.
 const std::string kTinySteadyRig = R"([camera]
 width_px = 48
 height_px = 40
@@ -34,14 +33,7 @@ cy_px = 19.5
 [session]
 white_frames = 1
 dark_frames = 2
-[white]
-placement = "in_frame"
-[simulation]
-homing_sigma_deg = 0.0
-positioning_sigma_deg = 0.0
-lamp_drift_sigma = 0.0
-same_noise_again = true
-)";
+)" + kSteadyWorld;
 
 class RandomKills : public Workflow {
  protected:

@@ -15,15 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-/// Nothing but noise is random, and what it is does not depend on what came before.
-const std::string kSteady = kSmallRig + R"([white]
-placement = "in_frame"
-[simulation]
-homing_sigma_deg = 0.0
-positioning_sigma_deg = 0.0
-lamp_drift_sigma = 0.0
-same_noise_again = true
-)";
+const std::string kSteady = kSmallRig + kSteadyWorld;
 
 class Resume : public Workflow {
  protected:
@@ -97,6 +89,7 @@ TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
   EXPECT_THAT(ended.error, HasSubstr("paused after"));
   EXPECT_THAT(ended.error, HasSubstr("gonio resume session"));
   const auto paused = status("session", 4);
+  EXPECT_EQ(paused["points"], 5) << "of the plan, tried or not";
   EXPECT_EQ(paused["state"], "paused");
   EXPECT_THAT(paused["damage"], testing::IsEmpty());
   const int measured = paused["measured"].get<int>();

@@ -24,6 +24,16 @@ white_frames = 2
 dark_frames = 2
 )";
 
+/// For a rig file: nothing but noise is random, and what it is does not depend on what came before.
+inline const std::string kSteadyWorld = R"([white]
+placement = "in_frame"
+[simulation]
+homing_sigma_deg = 0.0
+positioning_sigma_deg = 0.0
+lamp_drift_sigma = 0.0
+same_noise_again = true
+)";
+
 inline const std::string kList =
     "theta_h_deg,theta_d_deg,phi_d_deg\n3,12,28\n39,60,89\n15,30,130\n2,60,180\n20,20,60\n";
 

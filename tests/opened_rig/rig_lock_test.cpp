@@ -80,6 +80,20 @@ class OtherProcess {
   std::array<int, 2> watchdog_{-1, -1};
 };
 
+/// Shares no device with a rig of rigs/.
+RigFile rig_elsewhere() {
+  RigFile rig = rig_of("wire.toml");
+  rig.rig.name = "another";
+  for (BusEntry& bus : rig.devices.buses) {
+    bus.host = "192.0.2.1";
+    bus.port = "/nowhere/tty9";
+  }
+  for (AxisDevice& axis : rig.devices.axes) axis.serial += "9";
+  rig.devices.camera.id = "192.0.2.2";
+  rig.devices.monitor.serial += "9";
+  return rig;
+}
+
 class RigLockTest : public testing::Test {
  protected:
   void expect_refused(const RigFile& rig, const OtherProcess& by, const std::string& device) {
@@ -103,16 +117,7 @@ TEST_F(RigLockTest, CountsEveryDeviceWhateverTheRigFileCallsTheRig) {
   const RigFile first = rig_of("uncalibrated_wire.toml");
   ASSERT_FALSE(first.devices.changer.bus.empty());
   const OtherProcess other(first, folder_.path(), OtherProcess::Leaves::nobody);
-  // Another rig in everything but one device.
-  RigFile another = rig_of("wire.toml");
-  another.rig.name = "another";
-  for (BusEntry& bus : another.devices.buses) {
-    bus.host = "192.0.2.1";
-    bus.port = "/nowhere/tty9";
-  }
-  for (AxisDevice& axis : another.devices.axes) axis.serial += "9";
-  another.devices.camera.id = "192.0.2.2";
-  another.devices.monitor.serial += "9";
+  const RigFile another = rig_elsewhere();
   EXPECT_NO_THROW(RigLock(another, Parts::all, folder_.path()));
 
   RigFile shares = another;
@@ -148,14 +153,7 @@ TEST_F(RigLockTest, CountsTheChangersBus) {
   first.devices.buses.push_back(own);
   first.devices.changer.bus = own.name;
   const OtherProcess other(first, folder_.path(), OtherProcess::Leaves::nobody);
-  RigFile shares = rig_of("wire.toml");
-  for (BusEntry& bus : shares.devices.buses) {
-    bus.host = "192.0.2.1";
-    bus.port = "/nowhere/tty9";
-  }
-  for (AxisDevice& axis : shares.devices.axes) axis.serial += "9";
-  shares.devices.camera.id = "192.0.2.2";
-  shares.devices.monitor.serial += "9";
+  RigFile shares = rig_elsewhere();
   EXPECT_NO_THROW(RigLock(shares, Parts::all, folder_.path()));
   shares.devices.buses.push_back(own);
   shares.devices.changer.bus = own.name;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "command.h"
 #include "gonio/console/printable.h"
+#include "gonio/samples/csv.h"
 #include "json_text.h"
 #include "planning.h"
 #include "session_calibration.h"
@@ -40,6 +42,16 @@ std::string session_state_text(const std::string& state, const std::filesystem::
   return fmt::format("{}; gonio resume {} goes on with it", state, printable_line(folder.string()));
 }
 
+/// How many the plan has; sessions of earlier versions do not tell.
+std::optional<std::size_t> planned_points(const acquisition::SessionReader& archive) {
+  const auto poses = archive.configuration().find(kPosesText);
+  if (poses == archive.configuration().end()) return std::nullopt;
+  samples::CsvReader rows(archive.folder() / kPosesText, poses->second);
+  std::size_t points = 0;
+  while (rows.next()) ++points;
+  return points;
+}
+
 int status(Context& context, const StatusOptions& options) {
   const std::filesystem::path folder(options.session);
   if (!std::filesystem::exists(folder / "session.sqlite")) {
@@ -56,17 +68,18 @@ int status(Context& context, const StatusOptions& options) {
   const auto measured = std::count_if(outcomes.begin(), outcomes.end(), [](const auto& point) {
     return point.second == acquisition::PointOutcome::Measured;
   });
+  const std::size_t points = planned_points(archive).value_or(outcomes.size());
   const auto writer = files::lock_holder(acquisition::session_lock(folder));
   const char* state = session_state(archive, writer.has_value());
   if (options.json) {
     const nlohmann::ordered_json result = {
-        {"state", state},   {"points", outcomes.size()},  {"measured", measured},
+        {"state", state},   {"points", points},           {"measured", measured},
         {"frames", frames}, {"damage", archive.damage()}, {"metadata", archive.metadata()}};
     context.console.result(json_text(result));
   } else {
     std::string text =
         fmt::format("state            {}\n", session_state_text(state, folder, writer));
-    text += fmt::format("points           {}, {} measured\n", outcomes.size(), measured);
+    text += fmt::format("points           {}, {} measured\n", points, measured);
     for (const auto& [kind, count] : frames)
       text += fmt::format("frames           {:4} {}\n", count, kind);
     text +=

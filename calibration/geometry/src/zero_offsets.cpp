@@ -193,12 +193,4 @@ MountNormal fit_mount_normal(const rig::RigDescription& rig, std::span<const Pea
   return normal;
 }
 
-rig::RigDescription with_mount_normal(const rig::RigDescription& rig, const MountNormal& normal) {
-  rig::RigDescription result = rig;
-  result.sample.home_pose.linear() =
-      rig.sample.home_pose.linear() *
-      rotation_by({normal.tilt_x.radians(), normal.tilt_y.radians(), 0.0});
-  return result;
-}
-
 }  // namespace gonio::calibration::geometry

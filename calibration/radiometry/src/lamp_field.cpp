@@ -258,7 +258,6 @@ FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<
     const Eigen::Index at = column_of_channel[c];
     if (at < 0) continue;
     fit.constant[c] = std::exp(parameters[at]);
-    fit.sigma_constant[c] = std::sqrt(fit.covariance(at, at));
   }
   fit.lamp_field = {parameters[channels], parameters[channels + 1], parameters[channels + 2],
                     parameters[channels + 3], parameters[channels + 4]};

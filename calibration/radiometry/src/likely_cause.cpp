@@ -54,7 +54,6 @@ class Evidence {
   }
 
   const VerificationData& data() const { return data_; }
-  std::size_t channels() const { return dark_.size(); }
 
   double sigma(const WhiteView& view, const PixelSignal& pixel) const {
     const double light = std::max(pixel.dn_per_s, 0.0) + dark(view);

@@ -33,7 +33,7 @@ std::optional<Eigen::Vector2d> image_in_mirror(const instrument::Instrument& ins
   return instrument.camera.project(in_camera);
 }
 
-/// Mean of signal over prediction, weighted, per channel; and of each take.
+/// Mean of signal over prediction, weighted, of one channel in one take or in several.
 struct ChannelMean {
   double sum = 0.0;
   double weight = 0.0;

@@ -73,7 +73,6 @@ TEST(LampField, IsFoundWithTheLensAndTheConstants) {
   const FieldFit fit = fit_fields(started_with(), views_of(truth, 0.001, 7));
   for (std::size_t c = 0; c < 3; ++c) {
     EXPECT_NEAR(fit.constant[c] / kConstant[c], 1.0, 0.003) << c;
-    EXPECT_LT(fit.sigma_constant[c], 0.001);
   }
   // The maps, not the coefficients: those trade against each other.
   for (const double x : {-0.04, 0.0, 0.04}) {

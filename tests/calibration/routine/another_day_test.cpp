@@ -138,6 +138,17 @@ TEST_F(AnotherDay, WhatDoesNotPassWithOtherSettingsIsToBeTakenAgainAndTheFileKee
   EXPECT_THAT(open_on(1), IsEmpty());
 }
 
+TEST_F(AnotherDay, WhatSawTheWhiteSeesItAgainWithAnotherCertificate) {
+  instrument::Instrument nominal = test::HiddenBench::nominal(sim::HiddenImage::small);
+  nominal.white.reflectance *= 0.5;
+  const Routine routine(nominal, test::HiddenBench::settings(), folder_, {{"camera", "sim"}},
+                        [] { return day(1); });
+  EXPECT_THAT(instrument::steps_to_take(routine.archive(), day(1)),
+              ElementsAre("flat_field", "stray_light", "white", "colour", "verification"));
+  EXPECT_EQ(routine.archive().instrument_sha256, "");
+  EXPECT_THAT(open_on(1), IsEmpty()) << "until one is taken the folder is as it was";
+}
+
 TEST_F(AnotherDay, AnArchiveWhoseStepRestsOnNothingIsRefused) {
   instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder_.archive());
   std::erase_if(archive.results, [](const auto& result) { return result.step == "intrinsics"; });

@@ -55,7 +55,4 @@ struct MountNormal {
 MountNormal fit_mount_normal(const rig::RigDescription& rig, std::span<const Peak> peaks,
                              const PeakFitOptions& options = {});
 
-/// The rig with the sample's home pose turned so that its z is the normal found.
-rig::RigDescription with_mount_normal(const rig::RigDescription& rig, const MountNormal& normal);
-
 }  // namespace gonio::calibration::geometry

@@ -13,7 +13,6 @@ struct FieldFit {
   instrument::LampField lamp_field;
   instrument::Vignetting vignetting;
   std::array<double, 3> constant{};        ///< C per channel in DN/s mm^2 sr per unit of monitor
-  std::array<double, 3> sigma_constant{};  ///< relative; the certificate's part is not in it
   /// Of ln C per channel that was seen (in channel order), c10 c01 c20 c11 c02, v1 v2 v3; scaled by
   /// the residuals where they are larger than the sigmas said.
   Eigen::MatrixXd covariance;
