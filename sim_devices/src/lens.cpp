@@ -59,8 +59,8 @@ Eigen::Vector2d undistorted(const CameraOptions& camera, const Eigen::Vector2d& 
                   distorted.x(), distorted.y()));
 }
 
-Lens::Lens(const CameraOptions& camera) {
-  const auto width = static_cast<std::size_t>(camera.width_px);
+Lens::Lens(const CameraOptions& camera) : width_(static_cast<std::size_t>(camera.width_px)) {
+  const std::size_t width = width_;
   const auto height = static_cast<std::size_t>(camera.height_px);
   rays_.resize(width * height);
   vignetting_.resize(width * height);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "gonio/sim/sim_options.h"
@@ -15,10 +16,22 @@ class Lens {
   /// Direction of a pixel in the camera frame, as (x, y) of (x, y, 1).
   const Eigen::Vector2d& ray(std::size_t pixel) const { return rays_[pixel]; }
 
+  /// Direction of a place in a pixel, in pixels to the right of and down from its middle (within
+  /// +-0.5), as ray().
+  Eigen::Vector2d ray_in(std::size_t row, std::size_t column, double right, double down) const {
+    const std::size_t pixel = row * width_ + column;
+    // From one pixel to the next the lens' distortion is straight.
+    const std::size_t beside = column + 1 < width_ ? pixel : pixel - 1;
+    const std::size_t below = pixel + width_ < rays_.size() ? pixel : pixel - width_;
+    return rays_[pixel] + right * (rays_[beside + 1] - rays_[beside]) +
+           down * (rays_[below + width_] - rays_[below]);
+  }
+
   /// Falloff of a pixel, 1 on the axis.
   double vignetting(std::size_t pixel) const { return vignetting_[pixel]; }
 
  private:
+  std::size_t width_;
   std::vector<Eigen::Vector2d> rays_;
   std::vector<float> vignetting_;
 };

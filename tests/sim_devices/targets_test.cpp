@@ -144,7 +144,7 @@ TEST(Board, EdgesMoveByAsLittleAsTheBoardDoes) {
     const double x_mm = (39.5 + share) * px_mm - 10.0;
     const double y_mm = (39.5 + share) * px_mm - 10.0;
     // Half a step of the rays; black of 180 DN, rounded, from which white is made; shading.
-    constexpr double kTolerance = 0.5 / 34 + 0.004;
+    constexpr double kTolerance = 0.5 / 26 + 0.004;
     EXPECT_NEAR(covered(x_mm, y_mm, 128, 200), share, kTolerance);
     EXPECT_NEAR(covered(x_mm, y_mm, 88, 160), share, kTolerance);
   }

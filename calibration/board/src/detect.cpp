@@ -13,6 +13,7 @@
 
 #include "dictionary.h"
 #include "gonio/calibration/result/step_refused.h"
+#include "saddle.h"
 
 namespace gonio::calibration::board {
 namespace {
@@ -23,9 +24,10 @@ constexpr double kMinContrast_dn = 40.0;
 constexpr double kMaxSaturated = 0.02;  // of the pixels
 constexpr double kMinFound = 0.6;       // of the board's corners
 constexpr int kMarkerImage_px = 900;    // wider pictures are halved for the markers
-// cornerSubPix interpolates linearly, which an edge one pixel wide is too sharp for: without this
-// blur corners lie 0.06 px off where 0.035 px is possible.
+// cornerSubPix, from which fit_saddle() begins, interpolates linearly, which an edge one pixel wide
+// is too sharp for.
 constexpr double kSmooth_px = 1.0;
+constexpr int kMostHalf_px = 12;  // of a window: beyond it the time grows, and the lens bends edges
 constexpr int kRefineIterations = 60;
 constexpr double kRefined_px = 1e-4;
 
@@ -133,19 +135,23 @@ geometry::BoardView detect(const BoardImage& image, const BoardSpec& spec) {
         (corner + cv::Point2f(0.5F, 0.5F)) * static_cast<float>(halved) - cv::Point2f(0.5F, 0.5F);
   }
   cv::Mat exact;
+  cv::Mat smooth;
   frame.convertTo(exact, CV_32F);
-  cv::GaussianBlur(exact, exact, {}, kSmooth_px);
+  cv::GaussianBlur(exact, smooth, {}, kSmooth_px);
   const int half = window_half(corners, corner_ids, spec);
   cv::cornerSubPix(
-      exact, corners, {half, half}, {-1, -1},
+      smooth, corners, {half, half}, {-1, -1},
       {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, kRefineIterations, kRefined_px});
 
   geometry::BoardView view;
   for (std::size_t i = 0; i < corner_ids.size(); ++i) {
+    const auto corner =
+        fit_saddle(exact, {corners[i].x, corners[i].y}, std::min(half, kMostHalf_px));
+    if (!corner) continue;
     const int column = corner_ids[i] % spec.corner_columns();
     const int row = corner_ids[i] / spec.corner_columns();
     view.corners.push_back({corner_ids[i],
-                            {corners[i].x, corners[i].y},
+                            *corner,
                             {(column + 1 - 0.5 * spec.columns) * spec.square_mm,
                              (0.5 * spec.rows - row - 1) * spec.square_mm}});
   }

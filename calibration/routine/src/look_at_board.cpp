@@ -9,7 +9,7 @@
 namespace gonio::calibration::routine {
 namespace {
 
-// Corners are found ten times worse on boards slanted more (docs: corner rms over slant).
+// More slanted, markers are missed and the windows about the corners grow too narrow.
 constexpr double kMaxSlant_deg = 44.0;
 constexpr double kBoardLevel = 0.7;  // of saturation
 constexpr double kMaxMissed = 0.2;   // of the views
