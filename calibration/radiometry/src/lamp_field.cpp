@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 #include "gonio/calibration/result/step_refused.h"
@@ -22,6 +24,23 @@ constexpr double kSmallStep = 1e-9;
 constexpr double kMaxCondition = 1e8;
 constexpr const char* kAddViews =
     "expected several arm angles and tilts, the white filling the picture: add views";
+
+/// Channels that were seen: the column of the ln C of each, or -1, and how many there are.
+struct Channels {
+  std::array<Eigen::Index, 3> column{-1, -1, -1};
+  Eigen::Index count = 0;
+};
+
+Channels channels_of(const std::vector<WhiteView>& views) {
+  Channels channels;
+  for (std::size_t c = 0; c < channels.column.size(); ++c) {
+    const bool seen = std::any_of(views.begin(), views.end(), [&](const WhiteView& view) {
+      return view.channel == static_cast<int>(c);
+    });
+    if (seen) channels.column[c] = channels.count++;
+  }
+  return channels;
+}
 
 /// One pixel: what is known of it before the fit.
 struct Row {
@@ -193,15 +212,7 @@ void refuse_large_residual(const std::vector<Row>& rows, const Eigen::VectorXd& 
 FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<WhiteView>& views,
                     double limit) {
   require_white_views(instrument, views);
-  std::array<Eigen::Index, 3> column_of_channel{-1, -1, -1};
-  Eigen::Index channels = 0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    for (const WhiteView& view : views) {
-      if (view.channel == static_cast<int>(c) && column_of_channel[c] < 0) {
-        column_of_channel[c] = channels++;
-      }
-    }
-  }
+  const auto [column_of_channel, channels] = channels_of(views);
   const std::vector<Row> rows = rows_of(instrument, views, column_of_channel);
   const Eigen::Index count = channels + kFieldTerms + kLensTerms;
   const auto samples = static_cast<Eigen::Index>(rows.size());
@@ -263,6 +274,36 @@ FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<
                     parameters[channels + 3], parameters[channels + 4]};
   fit.vignetting = {parameters[count - 3], parameters[count - 2], parameters[count - 1]};
   return fit;
+}
+
+Eigen::MatrixXd covariance_from_rigs(const instrument::Instrument& instrument,
+                                     const std::vector<WhiteView>& views, const FieldFit& fit,
+                                     const rig::RigDescription& middle,
+                                     const std::vector<rig::RigDescription>& one_sigma_rigs) {
+  const auto [column_of_channel, channels] = channels_of(views);
+  Eigen::VectorXd found(channels + kFieldTerms + kLensTerms);
+  for (std::size_t c = 0; c < column_of_channel.size(); ++c) {
+    if (column_of_channel[c] >= 0) found[column_of_channel[c]] = std::log(fit.constant[c]);
+  }
+  const auto& field = fit.lamp_field;
+  const auto& lens = fit.vignetting;
+  found.segment<kFieldTerms>(channels) << field.c10, field.c01, field.c20, field.c11, field.c02;
+  found.tail<kLensTerms>() << lens.v1, lens.v2, lens.v3;
+
+  instrument::Instrument with = instrument;
+  const auto residual = [&](const rig::RigDescription& rig) {
+    with.rig = rig;
+    return linearise(rows_of(with, views, column_of_channel), found, channels);
+  };
+  const System here = residual(middle);
+  const Eigen::LDLT<Eigen::MatrixXd> normal(here.jacobian.transpose() * here.jacobian);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(found.size(), found.size());
+  for (const rig::RigDescription& rig : one_sigma_rigs) {
+    const Eigen::VectorXd moved =
+        normal.solve(here.jacobian.transpose() * (residual(rig).residual - here.residual));
+    covariance += moved * moved.transpose();
+  }
+  return covariance;
 }
 
 }  // namespace gonio::calibration

@@ -81,7 +81,12 @@ std::array<double, 3> constant_then(const Observations& seen) {
 
 void evaluate_flat_field(const Observations& seen, const Known& known, Findings& findings,
                          ResultBuilder& result) {
-  const FieldFit found = fit_fields(known.instrument, seen.whites);
+  FieldFit found = fit_fields(known.instrument, seen.whites);
+  rig::RigDescription middle = findings.stage.value().rig;
+  middle.lamp = findings.lamp_arm.value().rig.lamp;
+  found.covariance +=
+      covariance_from_rigs(known.instrument, seen.whites, found, middle,
+                           geometry::one_sigma_rigs(*findings.stage, *findings.lamp_arm));
   findings.fields = found;
   std::vector<ResultBuilder::Named> parameters;
   for (std::size_t channel = 0; channel < kChannelNames.size(); ++channel) {

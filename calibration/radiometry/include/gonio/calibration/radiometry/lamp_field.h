@@ -34,4 +34,12 @@ struct FieldFit {
 FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<WhiteView>& views,
                     double limit = 0.005);
 
+/// What `fit` has from the uncertain geometry, in the order of FieldFit::covariance: how far it
+/// would move, to first order, were the rig not `middle` but each of `one_sigma_rigs`, which are
+/// off by one standard deviation of an independent error each.
+Eigen::MatrixXd covariance_from_rigs(const instrument::Instrument& instrument,
+                                     const std::vector<WhiteView>& views, const FieldFit& fit,
+                                     const rig::RigDescription& middle,
+                                     const std::vector<rig::RigDescription>& one_sigma_rigs);
+
 }  // namespace gonio::calibration
