@@ -31,7 +31,8 @@ class Calibrate : public Workflow {
 };
 
 TEST_F(Calibrate, TakesStepsAloneAndGoesOnFromItsFolder) {
-  run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks", "warm_up"});
+  run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks", "warm_up",
+       "--temperature", "-2.5"});
   const Ended list = run({"calibrate", "rig.toml", "--out", "cal", "--list", "--json"});
   const auto document = nlohmann::json::parse(list.out);
   EXPECT_FALSE(document["complete"].get<bool>());
@@ -40,7 +41,7 @@ TEST_F(Calibrate, TakesStepsAloneAndGoesOnFromItsFolder) {
     EXPECT_EQ(step["state"], taken ? "valid" : "missing") << step["step"];
   }
   EXPECT_THAT(files::read_text_file(folder.path() / "cal" / "report.html", kEnough),
-              HasSubstr("darks"));
+              AllOf(HasSubstr("darks"), HasSubstr("-2.5 &deg;C")));
 }
 
 TEST_F(Calibrate, WorksInAFolderAlone) {

@@ -8,11 +8,15 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "gonio/acquisition/session_archive.h"
 #include "workflow.h"
 
 namespace gonio {
 namespace {
 
+using testing::AllOf;
+using testing::Contains;
+using testing::Field;
 using testing::HasSubstr;
 
 const std::string kSteady = kSmallRig + kSteadyWorld;
@@ -76,6 +80,41 @@ TEST_F(Resume, LeavesASessionAloneThatALiveProcessMeasures) {
   measuring.send(SIGKILL);
   measuring.wait();
   EXPECT_EQ(status("session", 4)["state"], "interrupted") << "a dead owner's lock is free";
+}
+
+TEST_F(Resume, LooksOnceMoreWhetherItsCalibrationAndAlignmentHold) {
+  {
+    GonioProcess measuring(measure("slow.toml", "killed"), folder.path());
+    ASSERT_TRUE(measuring.wait_for("point 2 of"));
+    measuring.send(SIGKILL);
+    measuring.wait();
+  }
+  // The same session, begun with a calibration and an alignment of long ago.
+  const acquisition::SessionReader killed(folder.path() / "killed");
+  const auto begun_with = [&](const std::string& name, acquisition::SessionMetadata more) {
+    more.insert(killed.metadata().begin(), killed.metadata().end());
+    acquisition::SessionWriter(folder.path() / name, more, killed.configuration());
+  };
+  begun_with("old", {{"calibration_valid_until_utc", "2020-01-02T03:04:05Z"},
+                     {"alignment_found_utc", "2020-01-01T03:04:05Z"}});
+  EXPECT_THAT(run({"resume", "old"}, 2).error,
+              AllOf(HasSubstr("its calibration was valid until 2020-01-02 03:04 UTC"),
+                    HasSubstr("its alignment is of 2020-01-01 03:04 UTC"),
+                    HasSubstr("--accept-calibration")));
+  run({"resume", "old", "--accept-calibration"});
+  const acquisition::SessionReader went_on(folder.path() / "old");
+  EXPECT_TRUE(went_on.finished());
+  EXPECT_THAT(went_on.notes(),
+              Contains(Field(&acquisition::SessionNote::text,
+                             HasSubstr("accepted though its calibration was valid until"))));
+
+  begun_with("still", {{"calibration_valid_until_utc", "2999-01-02T03:04:05Z"}});
+  run({"resume", "still"});
+  begun_with("accepted", {{"calibration_valid_until_utc", "2020-01-02T03:04:05Z"},
+                          {"calibration_accepted_despite", "white is expired"}});
+  run({"resume", "accepted"});
+  begun_with("spoilt", {{"calibration_valid_until_utc", "yesterday"}});
+  EXPECT_THAT(run({"resume", "spoilt"}, 3).error, HasSubstr("calibration_valid_until_utc"));
 }
 
 TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {

@@ -116,15 +116,18 @@ std::string header(const CalibrationReportData& data) {
     words = fmt::format("Incomplete: {} missing, {} stale, {} expired", count[StepState::missing],
                         count[StepState::stale], count[StepState::expired]);
   }
-  std::string serials;
+  std::string facts;
+  if (const auto& temperature = data.archive.temperature_deg_c) {
+    facts += fmt::format("<dt>Temperature</dt><dd>{:.1f} &deg;C</dd>\n", *temperature);
+  }
   for (const auto& [device, serial] : data.archive.serials) {
-    serials += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(device), escaped(serial));
+    facts += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(device), escaped(serial));
   }
   return fmt::format(
       "<section>\n<p class=\"kicker\">Calibration</p>\n<h1>{}</h1>\n{}\n<dl>\n<dt>As of</dt>"
       "<dd>{}</dd>\n<dt>Valid until</dt><dd>{}</dd>\n{}</dl>\n</section>\n",
       escaped(data.rig), pill(css, words), utc(data.now),
-      open == 0 && until ? utc(*until) : std::string("not valid as a whole"), serials);
+      open == 0 && until ? utc(*until) : std::string("not valid as a whole"), facts);
 }
 
 std::string step_row(const CalibrationReportData& data, const instrument::CalibrationStep& step) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "asking_changer.h"
@@ -40,6 +41,7 @@ struct CalibrateOptions {
   std::string chart;
   double patch_mm = calibration::routine::ChartSpec{}.patch_mm;
   double gap_mm = calibration::routine::ChartSpec{}.gap_mm;
+  double temperature_deg_c = std::numeric_limits<double>::quiet_NaN();  ///< not told
 };
 
 std::vector<std::string> step_names() {
@@ -106,6 +108,9 @@ routine::RoutineSettings settings_of(const RigFile& rig, const CalibrateOptions&
   const bool simulated = rig.driver == RigFile::Driver::simulated;
   if (simulated && (options.square_mm > 0.0 || !options.chart.empty())) {
     throw UsageError("--square-mm, --chart: a simulated rig has targets of its own");
+  }
+  if (!std::isnan(options.temperature_deg_c)) {
+    settings.temperature_deg_c = options.temperature_deg_c;
   }
   if (options.square_mm > 0.0) settings.board.square_mm = options.square_mm;
   if (!options.chart.empty()) {
@@ -225,6 +230,8 @@ void add_calibrate(const Command& root) {
                "Colour chart's values (CSV: row, column, red, green, blue; linear, white = 1)");
   command.number("--patch-mm", options->patch_mm, 1.0, 100.0, "Edge of the chart's patches");
   command.number("--gap-mm", options->gap_mm, 0.0, 50.0, "Between the chart's patches");
+  command.number("--temperature", options->temperature_deg_c, -40.0, 80.0,
+                 "Of the room, deg C: kept with the calibration");
   command.flag("--json", options->json, "Print JSON");
   command.on_call(options, calibrate);
 }

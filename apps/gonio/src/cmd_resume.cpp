@@ -1,9 +1,11 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <charconv>
 #include <chrono>
 #include <ctime>
 
+#include "calibration_run.h"
 #include "command.h"
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/errors/errors.h"
@@ -16,6 +18,7 @@ namespace {
 struct ResumeOptions {
   std::string session;
   double outage_s = 0.0;
+  bool accept_old = false;
   bool yes = false;
 };
 
@@ -100,6 +103,21 @@ void tell_what_is_left(const Console& console, const acquisition::SessionReader&
                           archive.folder().string(), state.done.size(), points));
 }
 
+/// What the session was begun with is looked at once more: it may have expired meanwhile. Returns
+/// what is accepted all the same.
+std::string require_fresh(const acquisition::SessionReader& archive, bool accept_old) {
+  std::string against;
+  try {
+    against = fmt::format("{}", fmt::join(grown_old(archive.metadata(), now_utc()), "; "));
+  } catch (const std::invalid_argument& error) {
+    throw DataFormatError(archive.folder(), "metadata", error.what());
+  }
+  if (against.empty() || accept_old) return against;
+  throw UsageError(archive.folder().string() + ": " + against,
+                   "begin a new session with a new calibration or alignment; --accept-calibration "
+                   "goes on all the same, and the session says so");
+}
+
 int resume(Context& context, const ResumeOptions& options) {
   const std::filesystem::path folder(options.session);
   files::ProcessLock lock = lock_of(folder);
@@ -113,6 +131,7 @@ int resume(Context& context, const ResumeOptions& options) {
     context.console.say(options.session + ": is finished, there is nothing left to measure");
     return kSuccess;
   }
+  std::string despite = require_fresh(stored.archive, options.accept_old);
   SessionSetup session = setup_of(stored);
   session.ask_person = !options.yes;
   const int points = static_cast<int>(session.plan.points.size());
@@ -128,9 +147,9 @@ int resume(Context& context, const ResumeOptions& options) {
                                               std::chrono::duration<double>(options.outage_s))
                                         : outage_until_now(stored.archive, state.may_begin_at);
   tell_what_is_left(context.console, stored.archive, state, session.plan.points.size());
-  return run_to_the_end(
-      context, session,
-      SessionToResume{std::move(state), stored.archive.metadata(), std::move(lock), outage});
+  return run_to_the_end(context, session,
+                        SessionToResume{std::move(state), stored.archive.metadata(),
+                                        std::move(lock), outage, std::move(despite)});
 }
 
 }  // namespace
@@ -142,6 +161,8 @@ void add_resume(const Command& root) {
   command.text("SESSION", options->session, "Session archive", Need::required);
   command.number("--outage", options->outage_s, 0.0, 1e6,
                  "Seconds that passed meanwhile in a simulated world (default 0)");
+  command.flag("--accept-calibration", options->accept_old,
+               "Go on with a calibration or alignment that has become too old");
   command.flag("--yes", options->yes, "Do not ask before going on");
   command.on_call(options, resume);
 }

@@ -6,9 +6,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
+#include "gonio/instrument/alignment.h"
 #include "gonio/setup/simulated_rig.h"
 
 namespace gonio::cli {
@@ -64,6 +66,36 @@ std::string calibration_text(const acquisition::SessionMetadata& metadata) {
   const std::string open = value("calibration_open_steps");
   if (!open.empty()) text += ", " + open;
   return text;
+}
+
+std::vector<std::string> grown_old(const acquisition::SessionMetadata& metadata,
+                                   instrument::UtcSeconds now) {
+  // What was accepted as too old when the session began is so now.
+  const auto date = [&](const char* key, const char* accepted) {
+    const auto found = metadata.find(key);
+    if (found == metadata.end() || metadata.contains(accepted)) {
+      return std::optional<instrument::UtcSeconds>();
+    }
+    std::tm parts{};
+    const char* const end = ::strptime(found->second.c_str(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+    if (end == nullptr || *end != '\0') {
+      throw std::invalid_argument(
+          fmt::format("{}: found {:?}, expected a time", key, found->second));
+    }
+    return std::optional(instrument::UtcSeconds(std::chrono::seconds(::timegm(&parts))));
+  };
+  std::vector<std::string> reasons;
+  const auto until = date("calibration_valid_until_utc", "calibration_accepted_despite");
+  if (until && now > *until) {
+    reasons.push_back(fmt::format("its calibration was valid until {:%Y-%m-%d %H:%M} UTC", *until));
+  }
+  const auto aligned = date("alignment_found_utc", "alignment_accepted_despite");
+  if (aligned && now > *aligned + instrument::kAlignmentHolds) {
+    reasons.push_back(
+        fmt::format("its alignment is of {:%Y-%m-%d %H:%M} UTC, expected one of the last {} hours",
+                    *aligned, instrument::kAlignmentHolds.count()));
+  }
+  return reasons;
 }
 
 std::optional<SessionCalibration> session_calibration(const RigFile& rig,

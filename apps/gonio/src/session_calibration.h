@@ -33,6 +33,11 @@ struct SessionCalibration {
 /// session: how things stood when it began. Bare constants: their id and that they have no age.
 std::string calibration_text(const acquisition::SessionMetadata& metadata);
 
+/// Why a session with this metadata should not be gone on with at `now`, one line each: what it was
+/// begun with has grown too old since. Throws std::invalid_argument for a date that is none.
+std::vector<std::string> grown_old(const acquisition::SessionMetadata& metadata,
+                                   instrument::UtcSeconds now);
+
 /// The calibration named on the command line, else in the rig file; none when that is no folder:
 /// bare constants have no age and no origin. Throws DataFormatError, FileError.
 std::optional<SessionCalibration> session_calibration(const RigFile& rig,

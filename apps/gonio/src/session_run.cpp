@@ -116,9 +116,10 @@ acquisition::SessionWriter resume_archive(const SessionSetup& session, SessionTo
                                           std::chrono::nanoseconds now) {
   return acquisition::SessionWriter::resume(
       session.archive, std::move(resumed.lock), resumed.state.may_begin_at + resumed.outage, now,
-      fmt::format("by {} {} at {:%Y-%m-%dT%H:%M:%SZ}, {} of {} points done", "gonio", version(),
+      fmt::format("by {} {} at {:%Y-%m-%dT%H:%M:%SZ}, {} of {} points done{}{}", "gonio", version(),
                   fmt::gmtime(std::time(nullptr)), resumed.state.done.size(),
-                  session.plan.points.size()));
+                  session.plan.points.size(), resumed.despite.empty() ? "" : ", accepted though ",
+                  resumed.despite));
 }
 
 /// With the changer that the white's placement asks for. `person` must outlive what is returned.

@@ -52,6 +52,7 @@ struct SessionToResume {
   acquisition::SessionMetadata metadata;
   files::ProcessLock lock;  ///< session_lock(), taken before the archive was read
   std::chrono::nanoseconds outage{0};
+  std::string despite;  ///< why it should not have been, and was; empty: nothing
 };
 
 /// The check before anything moves, alone, on a simulated rig even for one of metal: nothing is

@@ -211,6 +211,7 @@ const instrument::StepResult& Routine::take(const std::string& name,
   const std::filesystem::path path = folder_.raw(name, sha256);
   result.raw_data = {{std::filesystem::relative(path, folder_.path).string(), sha256}};
   instrument::CalibrationArchive archive = archive_;
+  if (settings_.temperature_deg_c) archive.temperature_deg_c = settings_.temperature_deg_c;
   instrument::record(archive, result);
   evaluate_borrowers(name, archive, findings, result.notes);
   instrument::record(archive, std::move(result));

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <chrono>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,8 @@ struct RoutineSettings {
   geometry::SampleDatum sample;        ///< how a sample does
   double target_half_width_mm = 25.0;  ///< of white, trap and mirror: the part that is used
   double black_glass_index = 1.52;     ///< refractive
+  /// Of the room, as it was read; kept with what is taken.
+  std::optional<double> temperature_deg_c;
 
   int homings = 10;
   int approaches = 4;  ///< per target and side
