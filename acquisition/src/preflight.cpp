@@ -1,4 +1,4 @@
-#include "preflight.h"
+#include "gonio/acquisition/preflight.h"
 
 #include <fmt/format.h>
 
@@ -8,6 +8,9 @@
 #include <stdexcept>
 #include <tuple>
 #include <vector>
+
+#include "gonio/devices/clock.h"
+#include "white_pose.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -94,92 +97,253 @@ void check_camera(const DeviceSet& devices, const instrument::Instrument& instru
   }
 }
 
-/// Home, white, every point, white, home: each leg must have a way around the keep-outs.
-void check_itinerary(const rig::RigDescription& rig, const MeasurementPlan& plan,
-                     const rig::Joints& white) {
-  const rig::TravelModel travel(rig);
-  const rig::Joints home = rig.home();
-  std::vector<rig::Joints> stops{home, white};
-  for (const PlannedPoint& point : plan.points) stops.push_back(point.pose.joints);
-  stops.push_back(white);
-  stops.push_back(home);
-  for (std::size_t i = 1; i < stops.size(); ++i) {
-    if (!travel.route(stops[i - 1], stops[i])) {
-      refuse("keep-outs bar the way to stop {} of {} of the session ({})", i, stops.size() - 1,
-             i == 1 || i + 2 == stops.size() ? "white"
-             : i + 1 == stops.size()         ? "home"
-                                             : "point");
+/// Collects what checks come to.
+class CheckList {
+ public:
+  explicit CheckList(std::vector<Check>& checks) : checks_(checks) {}
+
+  /// `check` returns a phrase for people or throws PreflightError. True when it passed.
+  template <class CheckFunction>
+  bool run(const char* name, const CheckFunction& check) {
+    try {
+      checks_.push_back({name, CheckResult::pass, check()});
+      return true;
+    } catch (const PreflightError& error) {
+      checks_.push_back({name, CheckResult::refuse, error.what()});
+      return false;
     }
+  }
+  void note(const char* name, std::string text) {
+    checks_.push_back({name, CheckResult::note, std::move(text)});
+  }
+  void pass(const char* name, std::string text) {
+    checks_.push_back({name, CheckResult::pass, std::move(text)});
+  }
+
+ private:
+  std::vector<Check>& checks_;
+};
+
+std::vector<AxisUse> axis_use(const rig::RigDescription& rig, const Itinerary& itinerary) {
+  std::vector<AxisUse> uses;
+  for (std::size_t k = 0; k < rig.axes.size(); ++k) {
+    const rig::Axis& axis = rig.axes[k];
+    AxisUse use{axis.name, axis.home, axis.home, Angle(), 0};
+    Angle at = axis.home;
+    const auto go = [&](Angle to) {
+      if (to == at) return;
+      const Angle below = to - rig::overshoot(axis, at, to);
+      use.lowest = std::min(use.lowest, below);
+      use.highest = std::max(use.highest, to);
+      use.travelled += abs(below - at) + abs(to - below);
+      ++use.moves;
+      at = to;
+    };
+    for (const PlannedVisit& visit : itinerary.visits) {
+      for (const rig::Joints& stop : visit.via) go(stop[k]);
+      go(visit.pose.joints[k]);
+    }
+    uses.push_back(use);
+  }
+  return uses;
+}
+
+std::string path_text(const std::vector<AxisUse>& uses) {
+  std::string text;
+  for (const AxisUse& use : uses) {
+    text += fmt::format("{}{} {:.2f} to {:.2f} deg", text.empty() ? "" : ", ", use.name,
+                        use.lowest.degrees(), use.highest.degrees());
+  }
+  return text;
+}
+
+/// An axis with a whole turn or more between its limits could reach a pose in two ways; the moves
+/// are from joint angle to joint angle and never the short way round.
+void check_turns(const rig::RigDescription& rig, CheckList& checks) {
+  for (const rig::Axis& axis : rig.axes) {
+    if (axis.max - axis.min < Angle::from_degrees(360.0)) continue;
+    checks.note("turns", fmt::format("axis {} may turn from {:g} to {:g} deg: poses a turn apart "
+                                     "are taken as given, never the short way round",
+                                     axis.name, axis.min.degrees(), axis.max.degrees()));
+    return;
+  }
+  checks.pass("turns", "no axis can turn once round");
+}
+
+void check_approach(const rig::RigDescription& rig, CheckList& checks) {
+  std::string either;
+  for (const rig::Axis& axis : rig.axes) {
+    if (axis.approach_overshoot > Angle()) continue;
+    either += (either.empty() ? "" : ", ") + axis.name;
+  }
+  if (either.empty()) {
+    checks.pass("approach", "every axis comes to every pose with a rising angle");
+  } else {
+    checks.note("approach", either +
+                                " come to poses from either side: play, if there is any, is "
+                                "in the poses (approach_overshoot_deg)");
+  }
+}
+
+void check_drift(const DriftAliasing& drift, std::size_t points, CheckList& checks) {
+  const std::string text = fmt::format(
+      "time against theta_h {:+.2f}, theta_d {:+.2f}, phi_d {:+.2f}; all three explain {:.0f} % of "
+      "it",
+      drift.theta_h, drift.theta_d, drift.phi_d, 100.0 * drift.explained);
+  // Below so many points three angles follow any order.
+  constexpr std::size_t kFewPoints = 10;
+  constexpr double kMuch = 0.5;
+  if (points >= kFewPoints && drift.explained > kMuch) {
+    checks.note("drift", text + ": a drift the whites do not see would look like the material");
+  } else {
+    checks.pass("drift", text);
+  }
+}
+
+void check_exposures(const Forecast& forecast, const SessionOptions& options,
+                     const std::string& source, CheckList& checks) {
+  const auto count = [&](bool ForecastPoint::*flag) {
+    return std::count_if(forecast.points.begin(), forecast.points.end(),
+                         [&](const ForecastPoint& point) { return point.*flag; });
+  };
+  const auto total = static_cast<std::ptrdiff_t>(forecast.points.size());
+  const std::ptrdiff_t out_of_view = total - count(&ForecastPoint::in_view);
+  checks.run("view", [&] {
+    if (out_of_view == total) refuse("the camera sees nothing of the sample at any point");
+    return fmt::format("the camera sees the sample at {} of {} points", total - out_of_view, total);
+  });
+  double shortest_s = std::numeric_limits<double>::infinity();
+  double longest_s = 0.0;
+  for (const ForecastPoint& point : forecast.points) {
+    for (const ForecastBracket& bracket : point.channels) {
+      shortest_s = std::min(shortest_s, bracket.shortest_s);
+      longest_s = std::max(longest_s, bracket.longest_s);
+    }
+  }
+  if (longest_s == 0.0) return;
+  std::string text = fmt::format("{:.4g} to {:.4g} ms if it is like {}", 1e3 * shortest_s,
+                                 1e3 * longest_s, source);
+  std::string problems;
+  const auto add = [&](std::ptrdiff_t points, const std::string& what) {
+    if (points > 0) problems += fmt::format("; {} of {} points {}", points, total, what);
+  };
+  add(count(&ForecastPoint::saturates), "saturate somewhere even in the shortest");
+  add(count(&ForecastPoint::dark), "stay dark somewhere even in the longest");
+  add(count(&ForecastPoint::short_of_sigma),
+      fmt::format("stay above relative_sigma {:g} somewhere", options.relative_sigma));
+  if (problems.empty()) {
+    checks.pass("exposure", text);
+  } else {
+    checks.note("exposure", text + problems);
   }
 }
 
 }  // namespace
 
+std::string_view to_string(CheckResult result) {
+  switch (result) {
+    case CheckResult::pass:
+      return "pass";
+    case CheckResult::note:
+      return "note";
+    case CheckResult::refuse:
+      return "refuse";
+  }
+  return "";
+}
+
+const Check* Preflight::refusal() const {
+  const auto found = std::find_if(checks.begin(), checks.end(), [](const Check& check) {
+    return check.result == CheckResult::refuse;
+  });
+  return found == checks.end() ? nullptr : &*found;
+}
+
+Preflight preflight(const DeviceSet& devices, const instrument::Instrument& instrument,
+                    const MeasurementPlan& plan, const SessionOptions& options,
+                    const Expectation* expectation) {
+  Preflight result;
+  CheckList checks(result.checks);
+  bool ok = checks.run("options", [&] {
+    options.validate();
+    return std::string("within their ranges");
+  });
+  ok &= checks.run("instrument", [&] {
+    try {
+      instrument.validate();
+    } catch (const std::invalid_argument& error) {
+      throw PreflightError(error.what());
+    }
+    return instrument.id;
+  });
+  // What follows looks at what these have in them.
+  ok = ok && checks.run("devices", [&] {
+    if (devices.camera == nullptr) refuse("no camera");
+    if (devices.light == nullptr) refuse("no light source");
+    if (devices.clock == nullptr) refuse("no clock");
+    check_axes(devices, instrument.rig);
+    return fmt::format("{} axes, camera, light{}{}", devices.stages.size(),
+                       devices.monitor != nullptr ? ", lamp monitor" : "",
+                       devices.changer != nullptr ? ", target changer" : "");
+  });
+  if (!ok) return result;
+  bool points_ok = checks.run("points", [&] {
+    check_points(plan, instrument.rig);
+    return fmt::format("{} directions, each once, with poses within the limits",
+                       plan.points.size());
+  });
+  checks.run("camera", [&] {
+    check_camera(devices, instrument, options);
+    return fmt::format("{} x {} px as the calibration", instrument.camera.width_px,
+                       instrument.camera.height_px);
+  });
+  checks.run("light", [&] {
+    if (devices.light->channels().empty()) {
+      refuse("light {} has no channel", devices.light->name());
+    }
+    return fmt::format("{} channels", devices.light->channels().size());
+  });
+  rig::Joints white;
+  const bool white_ok = checks.run("white", [&] {
+    if (options.white != WhitePlacement::in_frame && devices.changer == nullptr) {
+      refuse("the white is to be changed in, but there is no target changer");
+    }
+    white = white_joints(instrument.rig);
+    if (!white_in_view(instrument, options, white)) {
+      refuse("the white reference is not in the camera's view");
+    }
+    return std::string("in view at its pose");
+  });
+  if (!points_ok || !white_ok) return result;
+  const rig::TravelModel travel(instrument.rig);
+  Itinerary itinerary;
+  const bool way_ok = checks.run("path", [&] {
+    itinerary = session_itinerary(travel, plan, white);
+    result.axes = axis_use(instrument.rig, itinerary);
+    return path_text(result.axes);
+  });
+  if (!way_ok) return result;
+  check_turns(instrument.rig, checks);
+  check_approach(instrument.rig, checks);
+  if (expectation != nullptr && !result.refusal()) {
+    result.forecast = forecast_session(instrument, itinerary, plan, options, devices.camera->info(),
+                                       expectation->light, expectation->sample, expectation->times);
+    // Where the time of points is known, a drift's share is that of the session as it will be.
+    for (PlannedVisit& visit : itinerary.visits) {
+      if (visit.point) visit.dwell_s = result.forecast->points[*visit.point].measuring_s.expected;
+    }
+    check_exposures(*result.forecast, options, expectation->sample.source, checks);
+  }
+  result.drift = drift_aliasing(itinerary, plan);
+  check_drift(result.drift, plan.points.size(), checks);
+  result.itinerary = std::move(itinerary);
+  return result;
+}
+
 void check_before_motion(const DeviceSet& devices, const instrument::Instrument& instrument,
                          const MeasurementPlan& plan, const SessionOptions& options) {
-  options.validate();
-  try {
-    instrument.validate();
-  } catch (const std::invalid_argument& error) {
-    throw PreflightError(error.what());
-  }
-  if (devices.camera == nullptr) refuse("no camera");
-  if (devices.light == nullptr) refuse("no light source");
-  if (devices.clock == nullptr) refuse("no clock");
-  check_axes(devices, instrument.rig);
-  check_points(plan, instrument.rig);
-  check_camera(devices, instrument, options);
-  if (devices.light->channels().empty()) refuse("light {} has no channel", devices.light->name());
-  if (options.white != WhitePlacement::in_frame && devices.changer == nullptr) {
-    refuse("the white is to be changed in, but there is no target changer");
-  }
-  const rig::Joints white = white_joints(instrument.rig);
-  if (white_regions(instrument, options, white).empty()) {
-    refuse("the white reference is not in the camera's view");
-  }
-  check_itinerary(instrument.rig, plan, white);
-}
-
-Regions white_regions(const instrument::Instrument& instrument, const SessionOptions& options,
-                      const rig::Joints& joints) {
-  const rig::RigPose pose = rig::forward(instrument.rig, joints);
-  if (options.white == WhitePlacement::in_frame) {
-    return regions_of(instrument, pose, options.white_patch_mm, options.white_patch_half_width_mm,
-                      1);
-  }
-  return regions_of(instrument, pose, Eigen::Vector2d::Zero(),
-                    options.white_half_width_mm.value_or(options.sample_half_width_mm));
-}
-
-rig::Joints white_joints(const rig::RigDescription& rig) {
-  const rig::Inverse inverse(rig);
-  const rig::TravelModel travel(rig);
-  const rig::Joints home = rig.home();
-  // theta_i = 45 and theta_o = 0: theta_h = theta_d = 22.5, phi_d = 0. Rigs that cannot (a tilt
-  // that does not reach, a lamp that may not come so near, a keep-out in the way) take the next.
-  std::vector<brdf::HalfDiff> candidates;
-  for (const double theta_d : {22.5, 20.0, 15.0, 10.0, 30.0, 40.0}) {
-    for (const double theta_h : {22.5, 15.0, 7.5, 0.0, 30.0}) {
-      candidates.push_back(
-          {Angle::from_degrees(theta_h), Angle::from_degrees(theta_d), Angle(), Angle()});
-    }
-  }
-  const Angle wanted = Angle::from_degrees(22.5);
-  std::stable_sort(candidates.begin(), candidates.end(), [&](const auto& a, const auto& b) {
-    const auto distance = [&](const brdf::HalfDiff& d) {
-      return std::hypot((d.theta_h - wanted).radians(), (d.theta_d - wanted).radians());
-    };
-    return distance(a) < distance(b);
-  });
-  bool reached = false;
-  for (const brdf::HalfDiff& direction : candidates) {
-    for (const rig::PoseSolution& pose : inverse.solve(direction).poses) {
-      reached = true;
-      if (travel.route(home, pose.joints) && travel.route(pose.joints, home)) return pose.joints;
-    }
-  }
-  if (reached) refuse("keep-outs bar the way from home to every pose for the white reference");
-  refuse("the rig reaches no pose at which a white reference can be measured");
+  const Preflight found = preflight(devices, instrument, plan, options);
+  if (const Check* refusal = found.refusal()) throw PreflightError(refusal->text);
 }
 
 }  // namespace gonio::acquisition

@@ -6,8 +6,9 @@
 
 #include "bracket.h"
 #include "gonio/acquisition/guarded_devices.h"
-#include "preflight.h"
+#include "gonio/acquisition/itinerary.h"
 #include "standing_capture.h"
+#include "white_pose.h"
 
 namespace gonio::acquisition {
 namespace {

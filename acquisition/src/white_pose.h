@@ -4,10 +4,10 @@
 
 namespace gonio::acquisition {
 
-/// Where the white is measured: 45:0 (theta_i = 45, theta_o = 0 deg), or the nearest of 30
-/// directions to it that the rig reaches from home and back. Throws PreflightError when there is
-/// none.
-rig::Joints white_joints(const rig::RigDescription& rig);
+/// Whether the camera sees any of the white at these joints with a pixel that counts. The same
+/// answer as white_regions(), usually without looking at every pixel.
+bool white_in_view(const instrument::Instrument& instrument, const SessionOptions& options,
+                   const rig::Joints& joints);
 
 /// The part of the image the white fills at these joints; empty when it is out of view.
 Regions white_regions(const instrument::Instrument& instrument, const SessionOptions& options,

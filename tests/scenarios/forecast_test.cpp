@@ -1,0 +1,132 @@
+#include "gonio/acquisition/forecast.h"
+
+#include <gmock/gmock.h>
+
+#include <numeric>
+#include <ostream>
+#include <string>
+
+#include "directions_deg.h"
+#include "gonio/brdf/builtin_materials.h"
+#include "gonio/random/distributions.h"
+#include "simulated_session.h"
+#include "steady_session.h"
+
+namespace gonio::acquisition {
+namespace {
+
+/// The whole way of the bar: what was predicted against what the session then took on its clock.
+constexpr double kBar = 0.05;
+
+brdf::Rgb constant_of(const sim::SimOptions& world, std::size_t channel) {
+  constexpr double kSquareMillimetresPerSquareMetre = 1e6;
+  return world.camera.dn_per_electron * world.camera.responsivity_e_per_s *
+         kSquareMillimetresPerSquareMetre * world.lamp.channels[channel].intensity_w_per_sr;
+}
+
+ExpectedLight light_of(const sim::SimOptions& world) {
+  ExpectedLight light;
+  for (std::size_t i = 0; i < world.lamp.channels.size(); ++i) {
+    light.channels.push_back({world.lamp.channels[i].name, constant_of(world, i)});
+  }
+  light.sigma_ln = 0.02;
+  return light;
+}
+
+ExpectedSample sample_of(std::shared_ptr<const brdf::BrdfModel> material) {
+  ExpectedSample sample;
+  sample.brdf = [material](std::size_t, const brdf::DirectionPair& pair) {
+    return material->evaluate(pair);
+  };
+  sample.point_sigma_ln = 0.1;
+  return sample;
+}
+
+ExpectedSample unknown_sample() {
+  ExpectedSample sample;
+  sample.brdf = [](std::size_t, const brdf::DirectionPair&) {
+    return brdf::Rgb::Constant(0.2 / 3.14159);
+  };
+  sample.sigma_ln = 1.0;
+  sample.point_sigma_ln = 0.7;
+  return sample;
+}
+
+/// Reachable directions over the whole of the lattice.
+MeasurementPlan plan_of_many(const instrument::Instrument& known, int count, std::uint64_t seed) {
+  std::vector<samples::Direction> directions;
+  const random::Key key = random::make_key(seed, "forecast.directions");
+  const rig::Inverse inverse(known.rig);
+  for (std::uint64_t i = 0; static_cast<int>(directions.size()) < count; i += 3) {
+    samples::Direction direction;
+    const double u = random::uniform(key, i);
+    direction.angles = half_diff_deg(80.0 * u * u, 4.0 + 75.0 * random::uniform(key, i + 1),
+                                     180.0 * random::uniform(key, i + 2));
+    if (inverse.solve(direction.angles).poses.empty()) continue;
+    directions.push_back(direction);
+  }
+  return make_plan(inverse, directions, 1.0, 0.0, seed);
+}
+
+struct Case {
+  std::string material;
+  int points;
+  friend std::ostream& operator<<(std::ostream& out, const Case& of) {
+    return out << of.material << ", " << of.points << " points";
+  }
+};
+
+class ForecastOf : public testing::TestWithParam<Case> {
+ protected:
+  ForecastOf() {
+    world_ = steady_world();
+    world_.scene.sample = brdf::builtin_material(GetParam().material).model;
+    world_.lamp = sim::LampOptions();
+    options_.dark_frames = 4;
+    plan_ = plan_of_many(known_, GetParam().points, 3);
+  }
+
+  Forecast forecast(const ExpectedSample& sample) const {
+    const sim::SimGoniometer world(world_);
+    const rig::TravelModel travel(known_.rig);
+    RigTimes times;
+    times.change_s = devices::to_seconds(world_.change_time);
+    return forecast_session(known_, session_itinerary(travel, plan_, white_joints(known_.rig)),
+                            plan_, options_, sim::SimGoniometer(world_).camera().info(),
+                            light_of(world_), sample, times);
+  }
+
+  sim::SimOptions world_;
+  instrument::Instrument known_ = nominal_instrument(steady_world());
+  SessionOptions options_;
+  MeasurementPlan plan_;
+};
+
+TEST_P(ForecastOf, TellsASessionsDurationWithinFivePercent) {
+  const Forecast known = forecast(sample_of(world_.scene.sample));
+  const Forecast unknown = forecast(unknown_sample());
+  const TemporaryFolder folder;
+  SessionWriter archive(folder.path() / "session", {}, {});
+  sim::SimGoniometer world(world_);
+  std::map<std::string, double> begins;
+  const SessionResult result =
+      run_session(devices_of(world), known_, plan_, options_, archive,
+                  [&](const SessionProgress& now) { begins.emplace(now.phase, now.elapsed_s); });
+  std::printf("took %.1f predicted %.1f (%.1f..%.1f) ratio %.4f | unknown %.1f (%.1f..%.1f)\n",
+              result.duration_s, known.total_s.expected, known.total_s.low, known.total_s.high,
+              known.total_s.expected / result.duration_s, unknown.total_s.expected,
+              unknown.total_s.low, unknown.total_s.high);
+  for (const auto& part : known.parts)
+    std::printf("  %s %.1f\n", part.name.c_str(), part.seconds.expected);
+  for (const auto& [phase, at] : begins) std::printf("  begin %s %.1f\n", phase.c_str(), at);
+  EXPECT_NEAR(known.total_s.expected, result.duration_s, kBar * result.duration_s);
+}
+
+INSTANTIATE_TEST_SUITE_P(Materials, ForecastOf,
+                         testing::Values(Case{"gold-satin", 12}, Case{"blackboard-paint", 12},
+                                         Case{"chrome-plate", 12}, Case{"white-ptfe", 100},
+                                         Case{"gold-satin", 100},
+                                         Case{"black-polycarbonate", 100}));
+
+}  // namespace
+}  // namespace gonio::acquisition
