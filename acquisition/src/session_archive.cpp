@@ -189,6 +189,10 @@ std::filesystem::path session_lock(const std::filesystem::path& folder) {
   return folder / "session.lock";
 }
 
+std::filesystem::path disk_reserve_file(const std::filesystem::path& folder) {
+  return folder / "frames" / ".reserve.part";
+}
+
 SessionWriter::SessionWriter(const std::filesystem::path& folder, const SessionMetadata& metadata,
                              const std::map<std::string, std::string>& configuration) {
   files::require_creatable(folder);
@@ -220,6 +224,8 @@ SessionWriter SessionWriter::resume(const std::filesystem::path& folder, files::
   state->next_frame = state->journal.last_number("frames") + 1;
   SessionWriter writer(std::move(state));
   writer.note(now, kResumedNote, text);
+  // Space that was set aside is no frame that was lost.
+  std::filesystem::remove(disk_reserve_file(folder));
   for (const std::string& name : remove_unacknowledged(folder, writer.state_->next_frame)) {
     writer.note(now, "cut back", name + " was never acknowledged, removed");
   }

@@ -6,6 +6,7 @@
 #include "calibration_run.h"
 #include "command.h"
 #include "directions_input.h"
+#include "dry_run.h"
 #include "gonio/brdf/diffuse_models.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
@@ -13,6 +14,7 @@
 #include "gonio/instrument/alignment.h"
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/setup/simulated_rig.h"
+#include "json_text.h"
 #include "plan_file.h"
 #include "planning.h"
 #include "session_end.h"
@@ -29,9 +31,11 @@ struct MeasureOptions {
   bool accept_calibration = false;
   bool accept_unaligned = false;
   std::string material;
+  std::string expect;
   SessionLabels labels;
   std::optional<std::uint64_t> seed;
   bool dry_run = false;
+  bool json = false;
   bool skip_unreachable = false;
   bool yes = false;
   bool simulate = false;
@@ -113,8 +117,58 @@ void align_sample(SessionSetup& session, const MeasureOptions& options) {
   }
 }
 
+/// What the sample is said to be like, for the forecast of a session.
+void set_expected(SessionSetup& session, const MeasureOptions& options) {
+  if (options.expect.empty()) return;
+  const NamedMaterial named = named_material(options.expect);
+  session.expected = load_sample(named);
+  session.expected_name = named.name;
+}
+
+/// Points in their order, and what is left out.
+void set_plan(SessionSetup& session, const MeasureOptions& options, const Console& console) {
+  const rig::RigDescription& kinematics = session.instrument.rig;
+  const bool is_file = std::filesystem::exists(options.plan);
+  // A plan's joints are for a sample that lies straight: an aligned one is gone to by its
+  // directions.
+  if (options.alignment.empty() && is_file && has_poses(options.plan, kinematics)) {
+    session.plan = read_poses(options.plan, kinematics);
+    session.plan.duration_s += overhead_seconds(session.rig);
+    session.exposures_us = planned_exposures_us(options.plan);
+  } else {
+    const rig::Inverse inverse(kinematics, session.rig.branches);
+    session.plan = plan_poses(session.rig, inverse,
+                              directions_input(options.plan, samples::BelowHorizon::Keep), 1);
+    session.skipped = std::move(session.plan.refused);
+    session.plan.refused.clear();
+    session.skip_unreachable = options.skip_unreachable;
+    // A dry run lists them all, the refusal with them.
+    if (!options.dry_run) {
+      acquisition::MeasurementPlan left{session.plan.points, session.skipped};
+      refuse_unreachable(console, options.plan, left, options.skip_unreachable);
+    }
+  }
+  session.plan_text = is_file ? files::read_text_file(options.plan)
+                              : plan_text(kinematics, session.plan, {}, {options.plan});
+}
+
+/// Says all that would be done and does nothing. Throws UsageError for what would be refused.
+int dry_run(const Context& context, const SessionSetup& session, bool json) {
+  const SessionPreflight preflight = preflight_session(session);
+  context.console.result(json ? json_text(dry_run_json(session, preflight))
+                              : dry_run_text(session, preflight));
+  if (const acquisition::Check* refusal = preflight.found.refusal()) {
+    throw UsageError(refusal->text);
+  }
+  context.console.say(fmt::format("{} direction(s) on {}, about {}; nothing was moved",
+                                  session.plan.points.size(), session.instrument.rig.name,
+                                  duration_text(preflight.found.forecast->total_s.expected)));
+  return kSuccess;
+}
+
 int measure(Context& context, const MeasureOptions& options) {
   const Console& console = context.console;
+  if (options.json && !options.dry_run) throw UsageError("--json: goes with --dry-run");
   if (options.out.empty() && !options.dry_run) throw UsageError("--out is required, or --dry-run");
   if (!options.dry_run) {
     if (std::filesystem::exists(options.out)) {
@@ -128,23 +182,14 @@ int measure(Context& context, const MeasureOptions& options) {
   session.instrument = instrument_of(session.rig, options.calibration);
   session.calibration = session_calibration(session.rig, options.calibration);
   session.accept_calibration = options.accept_calibration;
-  align_sample(session, options);
-  const rig::Inverse inverse(session.instrument.rig, session.rig.branches);
-  // A plan's joints are for a sample that lies straight: an aligned one is gone to by its
-  // directions.
-  if (options.alignment.empty() && std::filesystem::exists(options.plan) &&
-      has_poses(options.plan, session.instrument.rig)) {
-    session.plan = read_poses(options.plan, session.instrument.rig);
-    session.plan.duration_s += overhead_seconds(session.rig);
-  } else {
-    session.plan = plan_poses(session.rig, inverse,
-                              directions_input(options.plan, samples::BelowHorizon::Keep), 1);
-    refuse_unreachable(console, options.plan, session.plan, options.skip_unreachable);
-    session.plan.refused.clear();
+  try {
+    align_sample(session, options);
+  } catch (const UsageError& error) {
+    if (!options.dry_run) throw;
+    session.alignment_refusal = error.what();
   }
-  session.plan_text = std::filesystem::exists(options.plan)
-                          ? files::read_text_file(options.plan)
-                          : plan_text(session.instrument.rig, session.plan, {}, {options.plan});
+  set_plan(session, options, console);
+  set_expected(session, options);
   set_sample(session, options);
   session.seed = options.seed.value_or(session.seed);
   session.labels = options.labels;
@@ -152,19 +197,7 @@ int measure(Context& context, const MeasureOptions& options) {
   session.archive = options.out;
   session.ask_person = !options.yes;
 
-  std::string text;
-  for (const auto& point : session.plan.points) {
-    text += fmt::format("{:<32} branch {}  {:5.1f} s\n", to_text(point.direction),
-                        rig::branch_name(point.pose), point.predicted_s);
-  }
-  if (options.dry_run) {
-    check_session(session);
-    context.console.result(text);
-    console.say(fmt::format("{} direction(s) on {}, about {}; nothing was moved",
-                            session.plan.points.size(), session.instrument.rig.name,
-                            duration_text(session.plan.duration_s)));
-    return kSuccess;
-  }
+  if (options.dry_run) return dry_run(context, session, options.json);
   return run_to_the_end(context, session);
 }
 
@@ -178,7 +211,11 @@ void add_measure(const Command& root) {
   command.text("RIG", options->rig, "Rig file", Need::required);
   command.text("--plan", options->plan, "Plan or list of directions (CSV)", Need::required);
   command.text("--out", options->out, "Session archive to create");
-  command.flag("--dry-run", options->dry_run, "Check and show the plan; move nothing");
+  command.flag("--dry-run", options->dry_run,
+               "Check, show all that would be done and how long it takes; move nothing");
+  command.flag("--json", options->json, "With --dry-run: as JSON");
+  command.text("--expect", options->expect,
+               "What the sample is like, for the time foreseen: a material file or builtin:NAME");
   command.text("--calibration", options->calibration, "Instrument constants");
   command.text("--alignment", options->alignment, "How the sample lies, from gonio align");
   command.flag("--accept-calibration", options->accept_calibration,

@@ -158,6 +158,18 @@ acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
   return poses_of(samples::CsvReader(path), rig, Realised::required);
 }
 
+std::vector<double> planned_exposures_us(const std::filesystem::path& path) {
+  samples::CsvReader reader(path);
+  std::vector<double> exposures;
+  const auto column = reader.column("exposure_us");
+  if (!column) return exposures;
+  constexpr double kLongest_us = 1e9;
+  while (const auto row = reader.next()) {
+    exposures.push_back(reader.number_within(*row, *column, 1e-3, kLongest_us));
+  }
+  return exposures;
+}
+
 acquisition::MeasurementPlan stored_poses(const std::string& text,
                                           const std::filesystem::path& place,
                                           const rig::RigDescription& rig) {

@@ -31,6 +31,10 @@ bool has_poses(const std::filesystem::path& path, const rig::RigDescription& rig
 acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
                                         const rig::RigDescription& rig);
 
+/// The column exposure_us of such a file in us, one per point; empty when it has none. Throws
+/// DataFormatError.
+std::vector<double> planned_exposures_us(const std::filesystem::path& path);
+
 /// The points as plan_text() wrote them, from a session's archive. That they realise their
 /// directions was found out then; `place` names the text in errors.
 acquisition::MeasurementPlan stored_poses(const std::string& text,

@@ -17,6 +17,15 @@ double bracket_seconds(const RigFile& rig, double shortest_s) {
          3.0 * Seconds(rig.world.camera.readout).count();
 }
 
+/// What the first exposure is set for: a white under normal incidence, in 1/sr.
+double white_radiance(const RigFile& rig) {
+  return rig.white.reflectance.mean() / std::numbers::pi;
+}
+
+double first_exposure_us(const RigFile& rig) {
+  return static_cast<double>(rig.session.first_exposure.count()) / 1e3;
+}
+
 double channel_count(const RigFile& rig) { return rig.white_light ? 1.0 : 3.0; }
 
 }  // namespace
@@ -60,13 +69,14 @@ double expected_exposure_us(const RigFile& rig, const basis::BasisRows& rows,
   const double brdf = rows.basis().mapping.inverse(row.mean, row.weight);
   const double cos_theta_i =
       brdf::polar_cosines(direction.theta_h, direction.theta_d, direction.phi_d).cos_theta_i;
-  // The first exposure is set for a white under normal incidence.
-  const double white = rig.white.reflectance.mean() / std::numbers::pi;
-  const double relative = std::max(brdf * cos_theta_i / white, 1e-6);
-  const double first_us = static_cast<double>(rig.session.first_exposure.count()) / 1e3;
-  return std::clamp(std::round(first_us / relative),
+  const double relative = std::max(brdf * cos_theta_i / white_radiance(rig), 1e-6);
+  return std::clamp(std::round(first_exposure_us(rig) / relative),
                     static_cast<double>(rig.world.camera.min_exposure.count()) / 1e3,
                     static_cast<double>(rig.session.max_exposure.count()) / 1e3);
+}
+
+double radiance_of_exposure(const RigFile& rig, double exposure_us) {
+  return white_radiance(rig) * first_exposure_us(rig) / exposure_us;
 }
 
 void predict_from_exposures(const RigFile& rig, const std::vector<double>& exposures_us,

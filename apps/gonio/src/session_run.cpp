@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <ctime>
 #include <memory>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "gonio/setup/simulated_rig.h"
 #include "gonio/version/version.h"
 #include "plan_file.h"
+#include "session_preflight.h"
 
 namespace gonio::cli {
 namespace {
@@ -91,15 +93,47 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
   return metadata;
 }
 
-void check(const acquisition::DeviceSet& devices, const SessionSetup& session) {
+/// Throws UsageError with the first refusal.
+SessionPreflight check(const acquisition::DeviceSet& devices, const SessionSetup& session,
+                       std::size_t points_done) {
   if (session.calibration && !session.accept_calibration) session.calibration->require_usable();
-  try {
-    acquisition::check_before_motion(devices, session.instrument, session.plan,
-                                     session.rig.session);
-  } catch (const acquisition::PreflightError& error) {
-    throw UsageError(error.what());
+  SessionPreflight preflight = preflight_session(devices, session, points_done);
+  if (const acquisition::Check* refusal = preflight.found.refusal()) {
+    throw UsageError(refusal->text);
   }
+  return preflight;
 }
+
+/// Space for the frames of the points that are not done, and for what comes around them.
+class SessionReserve {
+ public:
+  /// What the interval asks for at most, or as expected where that does not fit.
+  SessionReserve(const SessionSetup& session, const SessionPreflight& preflight,
+                 const devices::CameraInfo& camera, std::size_t points_done)
+      : points_(session.plan.points.size()) {
+    const acquisition::DiskUse& use = *preflight.disk;
+    const std::uint64_t wanted = use.free_bytes > use.needed_high_bytes + use.needed_bytes
+                                     ? use.needed_high_bytes
+                                     : use.needed_bytes;
+    around_bytes_ = acquisition::archive_bytes(camera, 0);
+    per_point_bytes_ =
+        (wanted - std::min(wanted, around_bytes_)) / std::max<std::size_t>(points_, 1);
+    reserve_.emplace(session.archive, needed_after(points_done));
+  }
+
+  /// Before the next point is measured: its own share is its to write.
+  void give_back(std::size_t points_done) { reserve_->keep(needed_after(points_done + 1)); }
+
+ private:
+  std::uint64_t needed_after(std::size_t points_done) const {
+    return around_bytes_ + (points_ - std::min(points_, points_done)) * per_point_bytes_;
+  }
+
+  std::size_t points_;
+  std::uint64_t around_bytes_ = 0;
+  std::uint64_t per_point_bytes_ = 0;
+  std::optional<acquisition::DiskReserve> reserve_;
+};
 
 /// Time has gone on, and the axes were switched on again, since a session to resume died.
 std::unique_ptr<OpenedRig> open_simulated(const SessionSetup& session,
@@ -140,16 +174,12 @@ acquisition::SessionMetadata alignment_metadata(const instrument::Alignment& ali
           {"alignment_tilt_y_deg", fmt::format("{:.5f}", alignment.tilt_y.degrees())}};
 }
 
-void check_session(const SessionSetup& session) {
-  const auto rig = open_simulated(session);
-  check(rig->devices(), session);
-}
-
 acquisition::SessionResult run_session(const Console& console, SessionSetup session,
                                        std::stop_token stop, std::stop_token pause,
                                        std::optional<SessionToResume> resumed) {
   // What can be refused is refused before a device is opened.
-  if (!session.simulated) check_session(session);
+  const std::size_t points_done = resumed ? resumed->state.done.size() : 0;
+  if (!session.simulated) check(open_simulated(session)->devices(), session, points_done);
   const auto rig = session.simulated ? open_simulated(session, resumed)
                                      : open_hardware_rig(session.rig, Parts::all, stop);
   // A world in this process may stand in for a rig of metal, whose devices it is not.
@@ -157,13 +187,15 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   if (session.calibration && own_devices) session.calibration->use.serials = serials_of(*rig);
   AskingChanger person(rig->devices().changer);
   const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
-  check(devices, session);
+  const SessionPreflight preflight = check(devices, session, points_done);
+  use_forecast(*preflight.found.forecast, session.plan);
   if (resumed) require_same_devices(session, *resumed, *rig);
   const std::string calibration = instrument::to_json(session.instrument);
   // Run as it is stored, to the last bit: a session that is resumed goes to the same places.
   const std::string poses = plan_text(session.instrument.rig, session.plan, {}, {});
   session.plan.points = stored_poses(poses, kPosesText, session.instrument.rig).points;
   Progress progress(console, "measuring");
+  std::optional<SessionReserve> reserve;  // once there is an archive
   const std::optional<double> time_scale =
       session.simulated ? session.rig.world.time_scale : std::optional(rig->time_scale());
   const auto show = [&](const acquisition::SessionProgress& now) {
@@ -178,6 +210,7 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
       progress.update(now.total > 0 ? static_cast<double>(now.done) / now.total : 0.0, words);
     }
     console.detail(fmt::format("  {:8.1f} s  {}", now.elapsed_s, words));
+    if (reserve) reserve->give_back(static_cast<std::size_t>(now.done));
   };
   acquisition::SessionWriter archive =
       resumed ? resume_archive(session, *resumed, devices.clock->now())
@@ -188,6 +221,7 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                             {kCalibrationText, calibration}});
   acquisition::SessionPart part;
   if (resumed) part.done = resumed->state.done;
+  reserve.emplace(session, preflight, devices.camera->info(), points_done);
   part.pause = std::move(pause);
   acquisition::SessionResult result =
       acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,

@@ -4,6 +4,7 @@
 #include <optional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "gonio/acquisition/resume.h"
 #include "gonio/acquisition/session.h"
@@ -43,7 +44,13 @@ struct SessionSetup {
   std::optional<SessionCalibration> calibration;
   bool accept_calibration = false;         ///< also one that should not be used
   acquisition::SessionMetadata alignment;  ///< how the sample's lie is known; may be empty
-  bool ask_person = false;                 ///< white placement manual: ask at the terminal
+  std::string alignment_refusal;           ///< why that will not do; for a dry run
+  SampleMaterial expected;                 ///< the sample is like this; may be nothing
+  std::string expected_name;
+  std::vector<double> exposures_us;  ///< shortest ones as the plan expects them, or none
+  std::vector<acquisition::RefusedDirection> skipped;  ///< that the plan leaves out
+  bool skip_unreachable = false;                       ///< and may
+  bool ask_person = false;  ///< white placement manual: ask at the terminal
 };
 
 /// A session of before to go on with. Its setup is that of its archive.
@@ -54,10 +61,6 @@ struct SessionToResume {
   std::chrono::nanoseconds outage{0};
   std::string despite;  ///< why it should not have been, and was; empty: nothing
 };
-
-/// The check before anything moves, alone, on a simulated rig even for one of metal: nothing is
-/// opened. Throws UsageError.
-void check_session(const SessionSetup& session);
 
 /// Checks and runs it; progress goes to the console. A session that is refused before anything
 /// moved leaves no archive and throws UsageError; so is one whose calibration is expired, stale or

@@ -1,3 +1,5 @@
+#include "gonio/rig/tour_bound.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -109,6 +111,11 @@ double tour_lower_bound(const TourProblem& problem, double reachable_s) {
     }
   }
   return best * (1.0 - kBoundRounding);
+}
+
+double travel_lower_bound(const TravelModel& travel, const Joints& start,
+                          const std::vector<TourStop>& stops, double tour_s) {
+  return tour_lower_bound(TourProblem(travel, start, stops), tour_s);
 }
 
 }  // namespace gonio::rig

@@ -105,6 +105,9 @@ class SessionWriter {
 /// The file in an archive that its writer holds (files::lock_holder()).
 std::filesystem::path session_lock(const std::filesystem::path& folder);
 
+/// Where DiskReserve sets space aside in an archive.
+std::filesystem::path disk_reserve_file(const std::filesystem::path& folder);
+
 /// Kind of the note that ends a part of a session which was asked to pause.
 inline constexpr const char* kPausedNote = "paused";
 
