@@ -67,6 +67,10 @@ Check check_disk(const DiskUse& use, const std::filesystem::path& folder) {
 
 DiskReserve::DiskReserve(const std::filesystem::path& session, std::uint64_t bytes)
     : path_(disk_reserve_file(session)) {
+  // Some file systems take all that is left before they say that it was not enough.
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(session, error);
+  if (!error && space.available < bytes) throw FileError(path_, "set space aside in", ENOSPC);
   constexpr int kOwnerOnly = 0600;
   file_ = ::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, kOwnerOnly);
   if (file_ < 0) throw FileError(path_, "create", errno);

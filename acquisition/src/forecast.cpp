@@ -15,9 +15,14 @@ namespace {
 
 /// Half of a 90 % interval, in standard deviations.
 constexpr double kNinetyPercent = 1.645;
-/// The brightest of the hundreds of pixels of a region lies this many of their sigmas above the
-/// brightest place.
-constexpr double kBrightestPixel = 3.3;
+/// Noise decides as brackets do. The brightest of the hundreds of pixels of a region lies so many
+/// of their sigmas above the brightest place, the dimmest of nine regions about as bright reads so
+/// many of its own below what is true, each with its spread (mean and standard deviation of the
+/// largest of 900 and of 9 normal numbers).
+constexpr double kBrightestPixel = 3.2;
+constexpr double kBrightestPixelSpread = 0.35;
+constexpr double kDimmestRegion = 1.5;
+constexpr double kDimmestRegionSpread = 0.6;
 constexpr std::size_t kPointsPerTask = 4;
 
 /// A bracket as it would be, with what the rules found out.
@@ -34,9 +39,10 @@ class BracketForecaster {
                     const devices::CameraInfo& camera)
       : sensor_(sensor), options_(options), camera_(camera) {}
 
-  /// With everything `brightness` times as bright as expected.
+  /// With everything `brightness` times as bright as expected, and noise larger than usual by
+  /// `noise` of its spreads.
   Foreseen foresee(const ChannelRegions& regions, std::chrono::nanoseconds first_exposure,
-                   double brightness) const {
+                   double brightness, double noise = 0.0) const {
     Foreseen foreseen;
     ForecastBracket& bracket = foreseen.bracket;
     bracket.shortest_s = std::numeric_limits<double>::infinity();
@@ -49,7 +55,8 @@ class BracketForecaster {
       std::vector<RegionReading> readings;
       readings.reserve(regions.size());
       for (const ExpectedRegion& region : regions) {
-        readings.push_back(reading(region, exposure_s + sensor_.shutter_offset_s, brightness));
+        readings.push_back(
+            reading(region, exposure_s + sensor_.shutter_offset_s, brightness, noise));
       }
       return readings;
     };
@@ -58,21 +65,26 @@ class BracketForecaster {
   }
 
  private:
-  RegionReading reading(const ExpectedRegion& region, double open_s, double brightness) const {
+  RegionReading reading(const ExpectedRegion& region, double open_s, double brightness,
+                        double noise) const {
     const double k = sensor_.gain_dn_per_e;
     const double dark_dn = k * sensor_.dark_current_e_per_s * open_s;
     RegionReading reading;
     reading.pixels = region.pixels;
-    reading.mean_dn = region.mean_dn_per_s * brightness * open_s + dark_dn;
+    const double mean_dn = region.mean_dn_per_s * brightness * open_s + dark_dn;
     const double brightest_dn = region.maximum_dn_per_s * brightness * open_s + dark_dn;
-    const double sigma_dn = std::sqrt(k * k * sensor_.read_noise_e * sensor_.read_noise_e +
-                                      k * brightest_dn + std::pow(sensor_.prnu * brightest_dn, 2));
+    const double read_variance = k * k * sensor_.read_noise_e * sensor_.read_noise_e;
+    reading.mean_dn = mean_dn - (kDimmestRegion + noise * kDimmestRegionSpread) *
+                                    std::sqrt((read_variance + k * mean_dn) / region.pixels);
+    const double sigma_dn =
+        std::sqrt(read_variance + k * brightest_dn + std::pow(sensor_.prnu * brightest_dn, 2));
     const double full_dn = camera_.saturation_level_dn > 0
                                ? static_cast<double>(camera_.saturation_level_dn)
                                : sensor_.saturation_dn;
     // Far above saturation the response curve, a polynomial, means nothing.
+    const double above = kBrightestPixel + noise * kBrightestPixelSpread;
     const double linear_dn =
-        std::min(brightest_dn + kBrightestPixel * sigma_dn, full_dn - sensor_.black_level_dn);
+        std::min(brightest_dn + above * sigma_dn, full_dn - sensor_.black_level_dn);
     reading.maximum_dn = sensor_.black_level_dn + sensor_.response.measured_dn(linear_dn);
     if (linear_dn >= full_dn - sensor_.black_level_dn) reading.maximum_dn = full_dn;
     return reading;
@@ -121,27 +133,24 @@ class SessionForecaster {
     if (!result.point.in_view) return result;
     const double common = std::hypot(light_.sigma_ln, sample.sigma_ln);
     const auto scaled = [&](double sigmas, double sigma_ln) { return std::exp(sigmas * sigma_ln); };
-    const auto seconds = [&](double brightness) {
-      ForecastPoint other;
-      return measure_point(channels, brightness, other);
-    };
-    const double expected = measure_point(channels, 1.0, result.point);
     // Three nodes of a normal distribution: brackets go by steps, and their mean over many points
-    // is not the bracket of the mean.
+    // is not the bracket of the mean. Dim and noisy stand together: both ask for more.
     constexpr double kNode = 1.7320508;
-    double mean = expected;
-    if (sample.point_sigma_ln > 0.0) {
-      const double dimmer = seconds(scaled(-kNode, sample.point_sigma_ln));
-      const double brighter = seconds(scaled(kNode, sample.point_sigma_ln));
-      mean = (4.0 * expected + dimmer + brighter) / 6.0;
-      result.measuring.variance = (4.0 * std::pow(expected - mean, 2) + std::pow(dimmer - mean, 2) +
-                                   std::pow(brighter - mean, 2)) /
-                                  6.0;
-    }
+    const auto seconds = [&](double node) {
+      ForecastPoint other;
+      return measure_point(channels, scaled(node, sample.point_sigma_ln), -node, other);
+    };
+    const double expected = measure_point(channels, 1.0, 0.0, result.point);
+    const double dimmer = seconds(-kNode);
+    const double brighter = seconds(kNode);
+    const double mean = (4.0 * expected + dimmer + brighter) / 6.0;
+    result.measuring.variance = (4.0 * std::pow(expected - mean, 2) + std::pow(dimmer - mean, 2) +
+                                 std::pow(brighter - mean, 2)) /
+                                6.0;
     ForecastPoint dim;
     ForecastPoint bright;
-    const double dimmest = measure_point(channels, scaled(-kNinetyPercent, common), dim);
-    const double brightest = measure_point(channels, scaled(kNinetyPercent, common), bright);
+    const double dimmest = measure_point(channels, scaled(-kNinetyPercent, common), 0.0, dim);
+    const double brightest = measure_point(channels, scaled(kNinetyPercent, common), 0.0, bright);
     result.measuring.seconds = mean;
     result.measuring.low = std::min({mean, dimmest, brightest});
     result.measuring.high = std::max({mean, dimmest, brightest});
@@ -236,7 +245,7 @@ class SessionForecaster {
 
  private:
   /// Seconds of a point whose regions are `brightness` times as bright as expected.
-  double measure_point(const std::vector<ChannelRegions>& channels, double brightness,
+  double measure_point(const std::vector<ChannelRegions>& channels, double brightness, double noise,
                        ForecastPoint& point) const {
     std::chrono::nanoseconds start = options_.first_exposure;
     double seconds = 0.0;
@@ -244,7 +253,7 @@ class SessionForecaster {
     point.frames = 1;  // lamp off
     point.lamp_off_s = 0.0;
     for (const ChannelRegions& regions : channels) {
-      const Foreseen foreseen = brackets_.foresee(regions, start, brightness);
+      const Foreseen foreseen = brackets_.foresee(regions, start, brightness, noise);
       start = foreseen.found.start;
       seconds += foreseen.bracket.exposed_s + foreseen.bracket.frames * frame_s_;
       point.frames += foreseen.bracket.frames;

@@ -2,7 +2,17 @@
 
 #include <numeric>
 
+#include "gonio/acquisition/itinerary.h"
+
 namespace gonio::acquisition {
+
+rig::Joints tour_ends(const rig::RigDescription& rig) {
+  try {
+    return white_joints(rig);
+  } catch (const PreflightError&) {
+    return rig.home();
+  }
+}
 
 MeasurementPlan make_plan(const rig::Inverse& inverse,
                           const std::vector<samples::Direction>& directions, double point_seconds,
@@ -20,7 +30,11 @@ MeasurementPlan make_plan(const rig::Inverse& inverse,
     reachable.push_back(direction.angles);
   }
   const rig::TravelModel travel(inverse.rig());
-  const rig::Tour tour = rig::shortest_tour(travel, inverse.rig().home(), stops, seed);
+  const rig::Joints ends = tour_ends(inverse.rig());
+  rig::TourOptions options;
+  options.seed = seed;
+  options.end = ends;
+  const rig::Tour tour = rig::shortest_tour(travel, ends, stops, options);
   for (const rig::TourVisit& visit : tour.visits) {
     plan.points.push_back({reachable[visit.stop], stops[visit.stop].alternatives[visit.alternative],
                            visit.travel_s, visit.travel_s + point_seconds});

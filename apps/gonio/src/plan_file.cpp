@@ -80,7 +80,7 @@ acquisition::MeasurementPlan poses_of(samples::CsvReader reader, const rig::RigD
   const std::size_t branch_column = required_column(reader, "branch");
   const auto predicted_column = reader.column("predicted_s");
   acquisition::MeasurementPlan plan;
-  rig::Joints before = rig.home();
+  rig::Joints before = acquisition::tour_ends(rig);
   while (const auto row = reader.next()) {
     acquisition::PlannedPoint point;
     const auto angle = [&](std::size_t column, double min, double max) {

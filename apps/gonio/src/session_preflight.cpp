@@ -162,18 +162,21 @@ double lower_bound(const SessionSetup& session, double travel_s) {
   for (const acquisition::PlannedPoint& point : session.plan.points) {
     stops.push_back({{point.pose}, 0.0});
   }
-  return rig::travel_lower_bound(travel, session.instrument.rig.home(), stops, travel_s);
+  const rig::Joints ends = acquisition::tour_ends(session.instrument.rig);
+  return rig::travel_lower_bound(travel, ends, stops, travel_s, ends);
 }
 
 Check order_check(const SessionPreflight& preflight) {
   const double more = preflight.points_travel_s - preflight.lower_bound_s;
   constexpr double kWorthSaying = 0.05;
   const bool much = more > kWorthSaying * preflight.points_travel_s && more > 1.0;
-  return {"order", much ? CheckResult::note : CheckResult::pass,
-          fmt::format("{:.1f} s of travel from home over the points, no order takes less than "
-                      "{:.1f} s{}",
-                      preflight.points_travel_s, preflight.lower_bound_s,
-                      much ? "; gonio plan orders them" : "")};
+  return {
+      "order", much ? CheckResult::note : CheckResult::pass,
+      fmt::format(
+          "{:.1f} s of travel from the white over the points and back, no order takes less than "
+          "{:.1f} s{}",
+          preflight.points_travel_s, preflight.lower_bound_s,
+          much ? "; gonio plan orders them" : "")};
 }
 
 }  // namespace
@@ -193,12 +196,11 @@ SessionPreflight preflight_session(const acquisition::DeviceSet& devices,
   std::vector<Check>& checks = result.found.checks;
   checks.insert(checks.begin(), before.begin(), before.end());
   if (result.found.itinerary) {
-    const rig::TravelModel travel(session.instrument.rig);
-    rig::Joints at = session.instrument.rig.home();
-    for (const acquisition::PlannedPoint& point : session.plan.points) {
-      const auto route = travel.route(at, point.pose.joints);
-      result.points_travel_s += route ? route->seconds : travel.seconds(at, point.pose.joints);
-      at = point.pose.joints;
+    bool at_points = false;
+    for (const acquisition::PlannedVisit& visit : result.found.itinerary->visits) {
+      at_points = at_points || visit.point;
+      const bool parks = visit.kind == acquisition::VisitKind::park;
+      if (at_points && !parks) result.points_travel_s += visit.travel_s;
     }
     result.lower_bound_s = lower_bound(session, result.points_travel_s);
     checks.push_back(order_check(result));

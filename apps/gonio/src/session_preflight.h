@@ -20,8 +20,8 @@ acquisition::Expectation expectation_of(const SessionSetup& session);
 struct SessionPreflight {
   acquisition::Preflight found;
   std::optional<acquisition::DiskUse> disk;
-  double points_travel_s = 0.0;  ///< from home over the points, as the order is chosen by
-  double lower_bound_s = 0.0;    ///< no order of these poses can be shorter
+  double points_travel_s = 0.0;  ///< from the white over the points and back to it
+  double lower_bound_s = 0.0;    ///< no order of these points can take less
 };
 
 /// `points_done`  Of a session to go on with: they take no more disk.

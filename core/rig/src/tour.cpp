@@ -4,7 +4,7 @@ namespace gonio::rig {
 
 Tour shortest_tour(const TravelModel& travel, const Joints& start,
                    const std::vector<TourStop>& stops, const TourOptions& options) {
-  const TourProblem problem(travel, start, stops);
+  const TourProblem problem(travel, start, stops, options.end);
   const bool exact = problem.stop_count() <= options.exact_up_to && exact_is_affordable(problem);
   Tour tour = problem.tour_of(exact ? exact_tour(problem) : searched_tour(problem, options));
   tour.exact = exact;

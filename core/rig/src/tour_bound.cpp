@@ -37,41 +37,53 @@ struct OneTree {
   std::vector<int> degrees;
 };
 
-/// Least tree over start and stops, closed through an extra node that stands between the open end
-/// and the start: the start has one more edge, and so has the stop with the least penalty.
-OneTree one_tree(const std::vector<double>& distances, const std::vector<double>& penalties) {
+/// Least tree over start and stops, closed through an extra node that stands between the end and
+/// the start: the start has one more edge, and so has the stop with the least penalty and way to
+/// the end (`end_distances`, of the stops from 1 on; of an open end 0).
+OneTree one_tree(const std::vector<double>& distances, const std::vector<double>& end_distances,
+                 const std::vector<double>& penalties) {
   const std::size_t size = penalties.size();
   OneTree tree{0.0, std::vector<int>(size, 0)};
-  std::vector<double> nearest(size, std::numeric_limits<double>::infinity());
-  std::vector<std::size_t> parent(size, 0);
-  std::vector<char> done(size, 0);
+  // Prim's algorithm. What is not yet in the tree stands together at the front, so that every round
+  // looks at fewer: the far end of each edge, its length, and its near end.
+  struct Outside {
+    std::size_t node = 0;
+    std::size_t parent = 0;
+    double distance = std::numeric_limits<double>::infinity();
+  };
+  std::vector<Outside> outside(size - 1);
+  for (std::size_t k = 1; k < size; ++k) outside[k - 1].node = k;
   std::size_t at = 0;
-  for (std::size_t added = 1; added < size; ++added) {
-    done[at] = 1;
+  for (std::size_t left = size - 1; left > 0; --left) {
     const double* row = &distances[at * size];
     std::size_t next = 0;
     double least = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 1; k < size; ++k) {
-      if (done[k]) continue;
-      const double d = row[k] + penalties[at] + penalties[k];
-      if (d < nearest[k]) {
-        nearest[k] = d;
-        parent[k] = at;
+    for (std::size_t k = 0; k < left; ++k) {
+      Outside& each = outside[k];
+      const double d = row[each.node] + penalties[at] + penalties[each.node];
+      if (d < each.distance) {
+        each.distance = d;
+        each.parent = at;
       }
-      if (nearest[k] < least) {
-        least = nearest[k];
+      if (each.distance < least) {
+        least = each.distance;
         next = k;
       }
     }
     tree.cost += least;
-    ++tree.degrees[next];
-    ++tree.degrees[parent[next]];
-    at = next;
+    at = outside[next].node;
+    ++tree.degrees[at];
+    ++tree.degrees[outside[next].parent];
+    outside[next] = outside[left - 1];
   }
-  const auto end = std::min_element(penalties.begin() + 1, penalties.end());
-  tree.cost += penalties[0] + *end;
+  std::size_t end = 1;
+  const auto end_cost = [&](std::size_t k) { return penalties[k] + end_distances[k]; };
+  for (std::size_t k = 2; k < size; ++k) {
+    if (end_cost(k) < end_cost(end)) end = k;
+  }
+  tree.cost += penalties[0] + end_cost(end);
   ++tree.degrees[0];
-  ++tree.degrees[static_cast<std::size_t>(end - penalties.begin())];
+  ++tree.degrees[end];
   for (const double penalty : penalties) tree.cost -= 2.0 * penalty;
   return tree;
 }
@@ -82,6 +94,10 @@ double tour_lower_bound(const TourProblem& problem, double reachable_s) {
   const auto size = static_cast<std::size_t>(problem.stop_count()) + 1;
   if (size == 1) return 0.0;
   const std::vector<double> distances = distances_of(problem);
+  std::vector<double> end_distances{0.0};
+  for (int stop = 0; stop < problem.stop_count(); ++stop) {
+    end_distances.push_back(problem.least_end_cost(stop));
+  }
   const int rounds = static_cast<int>(std::clamp(kEdgeVisits / static_cast<double>(size * size),
                                                  1.0 * kMinRounds, 1.0 * kMaxRounds));
   std::vector<double> penalties(size, 0.0);
@@ -90,7 +106,7 @@ double tour_lower_bound(const TourProblem& problem, double reachable_s) {
   double step = kFirstStep;
   int stale = 0;
   for (int round = 0; round < rounds && step > kLastStep; ++round) {
-    const OneTree tree = one_tree(distances, penalties);
+    const OneTree tree = one_tree(distances, end_distances, penalties);
     if (tree.cost > best + 1e-6 * reachable_s) {
       best = tree.cost;
       stale = 0;
@@ -114,8 +130,9 @@ double tour_lower_bound(const TourProblem& problem, double reachable_s) {
 }
 
 double travel_lower_bound(const TravelModel& travel, const Joints& start,
-                          const std::vector<TourStop>& stops, double tour_s) {
-  return tour_lower_bound(TourProblem(travel, start, stops), tour_s);
+                          const std::vector<TourStop>& stops, double tour_s,
+                          const std::optional<Joints>& end) {
+  return tour_lower_bound(TourProblem(travel, start, stops, end), tour_s);
 }
 
 }  // namespace gonio::rig

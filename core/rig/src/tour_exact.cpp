@@ -49,6 +49,7 @@ std::vector<int> exact_tour(const TourProblem& problem) {
     }
   }
   std::size_t set = sets - 1;
+  for (int node = 0; node < nodes; ++node) best[state(set, node)] += problem.end_cost(node);
   const auto row = best.begin() + static_cast<std::ptrdiff_t>(state(set, 0));
   int last = static_cast<int>(std::min_element(row, row + nodes) - row);
   std::vector<int> tour(static_cast<std::size_t>(n));

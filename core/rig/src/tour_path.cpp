@@ -12,6 +12,7 @@ TourPath::TourPath(const TourProblem& problem, const std::vector<int>& nodes)
       forward_(nodes.size() + 1, 0.0),
       backward_(nodes.size() + 1, 0.0) {
   nodes_.insert(nodes_.end(), nodes.begin(), nodes.end());
+  steps_.back() = problem.end_cost(nodes_.back());
   if (size() > 0) refresh(1, size());
 }
 
@@ -27,6 +28,7 @@ void TourPath::refresh(int first, int last) {
     // Nothing ever runs back into the start, so that way has no price.
     backward_[k] = backward_[k - 1] + (k == 1 ? 0.0 : problem_->cost(nodes_[k], nodes_[k - 1]));
   }
+  steps_.back() = problem_->end_cost(nodes_.back());
   const double forward_shift = forward_[end] - forward_before;
   const double backward_shift = backward_[end] - backward_before;
   for (std::size_t k = end + 1; k < nodes_.size(); ++k) {

@@ -8,9 +8,9 @@ namespace gonio::rig {
 
 /// An open tour under change: nodes by position, with what is needed to price a change at once.
 ///
-/// Position 0 is the start, 1..n the stops; behind the last there is nothing, at no cost. Costs of
-/// running the tour forwards and backwards are kept summed up, so that turning a piece round is
-/// priced in constant time although a way and its way back differ.
+/// Position 0 is the start, 1..n the stops; behind the last there is the end, or nothing at no
+/// cost. Costs of running the tour forwards and backwards are kept summed up, so that turning a
+/// piece round is priced in constant time although a way and its way back differ.
 class TourPath {
  public:
   TourPath(const TourProblem& problem, const std::vector<int>& nodes);
@@ -18,13 +18,14 @@ class TourPath {
   int size() const { return static_cast<int>(nodes_.size()) - 1; }
   int node(int position) const { return nodes_[static_cast<std::size_t>(position)]; }
   int position(int stop) const { return positions_[static_cast<std::size_t>(stop)]; }
-  double cost() const { return forward_.back(); }
+  double cost() const { return forward_.back() + steps_.back(); }
   /// Nodes without the start.
   std::vector<int> nodes() const { return {nodes_.begin() + 1, nodes_.end()}; }
 
-  /// Cost from the node at a position to some node; to anything behind the end it is 0.
+  /// Cost from some node to the node at a position, behind the last to the end.
   double edge(int from_node, int to_position) const {
-    return to_position > size() ? 0.0 : problem_->cost(from_node, node(to_position));
+    return to_position > size() ? problem_->end_cost(from_node)
+                                : problem_->cost(from_node, node(to_position));
   }
   /// Cost of the step from a position to the next.
   double step(int position) const { return steps_[static_cast<std::size_t>(position)]; }
@@ -65,7 +66,7 @@ class TourPath {
   const TourProblem* problem_;  // not owned; a pointer so that paths can be assigned
   std::vector<int> nodes_;
   std::vector<int> positions_;
-  std::vector<double> steps_;     // cost from position k to the next; 0 behind the end
+  std::vector<double> steps_;     // cost from position k to the next; of the last to the end
   std::vector<double> forward_;   // cost of positions 0..k
   std::vector<double> backward_;  // the same run from k to 0
 };

@@ -13,7 +13,7 @@ constexpr std::size_t kMaxTableNodes = 4096;  // 128 MiB of costs; beyond they a
 }  // namespace
 
 TourProblem::TourProblem(const TravelModel& travel, const Joints& start,
-                         const std::vector<TourStop>& stops)
+                         const std::vector<TourStop>& stops, const std::optional<Joints>& end)
     : travel_(travel) {
   const Joints home = travel.rig().home();
   const bool free = travel.rig().keep_outs.empty();
@@ -44,6 +44,13 @@ TourProblem::TourProblem(const TravelModel& travel, const Joints& start,
   }
   first_node_.push_back(node_count());
 
+  if (end) {
+    for (const Joints& joints : joints_) {
+      const auto route = travel.route(joints, *end);
+      end_costs_.push_back(route ? route->seconds : std::numeric_limits<double>::infinity());
+    }
+  }
+
   const std::size_t nodes = joints_.size();
   if (nodes > kMaxTableNodes) return;
   std::vector<double> table(nodes * nodes, 0.0);
@@ -61,6 +68,14 @@ double TourProblem::computed_cost(int from, int to) const {
   if (travel_.rig().keep_outs.empty()) return travel_.seconds(joints(from), joints(to));
   const auto route = travel_.route(joints(from), joints(to));
   return route ? route->seconds : std::numeric_limits<double>::infinity();
+}
+
+double TourProblem::least_end_cost(int stop) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (int node = first_node(stop); node < first_node(stop + 1); ++node) {
+    least = std::min(least, end_cost(node));
+  }
+  return least;
 }
 
 double TourProblem::least_cost(int stop, int other) const {
@@ -89,6 +104,7 @@ Tour TourProblem::tour_of(const std::vector<int>& nodes) const {
     tour.travel_s += route->seconds;
     at = node;
   }
+  tour.travel_s += end_cost(at);
   return tour;
 }
 
@@ -118,6 +134,8 @@ std::vector<int> best_poses(const TourProblem& problem, const std::vector<int>& 
     layer = std::move(next_layer);
     came_from.push_back(std::move(from));
   }
+  for (std::size_t last = 0; last < layer.size(); ++last)
+    cost[last] += problem.end_cost(layer[last]);
   std::vector<int> nodes(stops.size());
   auto k = static_cast<std::size_t>(std::min_element(cost.begin(), cost.end()) - cost.begin());
   for (std::size_t i = stops.size(); i-- > 0;) {
@@ -134,7 +152,7 @@ double path_cost(const TourProblem& problem, const std::vector<int>& nodes) {
     sum += problem.cost(at, node);
     at = node;
   }
-  return sum;
+  return sum + problem.end_cost(at);
 }
 
 }  // namespace gonio::rig

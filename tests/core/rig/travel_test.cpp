@@ -54,6 +54,22 @@ TEST(Travel, FallingMovesOvershootAndComeBack) {
               kRounding_s);
 }
 
+TEST(Travel, AxesThatWentPastComeBackTogetherOnceAllHaveSettled) {
+  RigDescription rig = la2();
+  rig.axes[0].approach_overshoot = deg(7.5);
+  rig.axes[2].approach_overshoot = deg(2.5);
+  const Joints from = joints({120.0, 0.0, 40.0});
+  const Joints to = joints({110.0, 60.0, 30.0});
+  // Azimuth 60 deg at 20 deg/s, 40 deg/s^2: 3.5 s, longer than arm (17.5 deg: 1.54 s) and tilt
+  // (12.5 deg: 1.75 s); back is the arm's 7.5 deg (1 s), longer than the tilt's 2.5 deg (0.71 s).
+  EXPECT_NEAR(TravelModel(rig).seconds(from, to), 3.5 + 0.3 + 1.0 + 0.3, kRounding_s);
+  rig.simultaneous_axes = false;
+  EXPECT_NEAR(
+      TravelModel(rig).seconds(from, to),
+      (17.5 / 20.0 + 20.0 / 30.0) + 1.0 + 3.5 + 1.75 + 2.0 * std::sqrt(2.5 / 20.0) + 5 * 0.3,
+      kRounding_s);
+}
+
 TEST(Travel, KeepsTheTriangleInequality) {
   for (const double overshoot : {0.0, 3.0}) {
     RigDescription rig = la2();

@@ -14,7 +14,7 @@ namespace gonio::acquisition {
 struct PlannedPoint {
   brdf::HalfDiff direction;
   rig::PoseSolution pose;
-  double travel_s = 0.0;     ///< from the point before (the first: from home)
+  double travel_s = 0.0;     ///< from the point before (the first: from the white)
   double predicted_s = 0.0;  ///< travel, settling and exposures
 };
 
@@ -27,14 +27,19 @@ struct RefusedDirection {
 struct MeasurementPlan {
   std::vector<PlannedPoint> points;
   std::vector<RefusedDirection> refused;
-  double travel_s = 0.0;
+  double travel_s = 0.0;  ///< from the opening white over the points to the closing one
   double lower_bound_s = 0.0;
   bool exact_order = false;
   double duration_s = 0.0;  ///< points, whites, darks
 };
 
-/// Chooses poses and the shortest order from home. `point_seconds` is the expected time of the
-/// exposures of one point, `overhead_seconds` of everything that is not a point. A direction
+/// Where the tour of a plan's points begins and ends: at the white (white_joints()). Home on a rig
+/// without a pose for it: such a session is refused, but its plan may be looked at.
+rig::Joints tour_ends(const rig::RigDescription& rig);
+
+/// Chooses poses and the shortest order from the opening white over all points to the closing one:
+/// there and back, so that no angle only rises with time. `point_seconds` is the expected time of
+/// the exposures of one point, `overhead_seconds` of everything that is not a point. A direction
 /// without a pose, or whose poses keep-outs bar, goes to `refused` with its reason.
 MeasurementPlan make_plan(const rig::Inverse& inverse,
                           const std::vector<samples::Direction>& directions, double point_seconds,

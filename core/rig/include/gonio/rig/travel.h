@@ -12,8 +12,9 @@ namespace gonio::rig {
 
 /// Time of a rest-to-rest move between two sets of joints with trapezoid speed per axis, settling
 /// included (settle of axes that moved), approach overshoot included: a falling move by d takes
-/// T(d + o) + T(o). Axes travel together unless the rig says otherwise; then one after another in
-/// the rig's order, each settling before the next starts.
+/// T(d + o), then T(o), each with its settling. Axes travel together unless the rig says otherwise:
+/// first all to their targets or past them, then those that went past come back. Otherwise one
+/// after another in the rig's order, each settling before the next starts.
 ///
 /// Threads  const, may be shared.
 class TravelModel {
@@ -59,10 +60,10 @@ struct TourVisit {
   std::vector<Joints> via;  ///< stops to make on the way, around keep-outs; usually empty
 };
 
-/// A visiting order, from the given start, open at the end.
+/// A visiting order, from the given start, open at the end unless TourOptions::end says where.
 struct Tour {
   std::vector<TourVisit> visits;
-  double travel_s = 0.0;
+  double travel_s = 0.0;       ///< with the way from the last stop to the end, if there is one
   double lower_bound_s = 0.0;  ///< equals travel_s when exact
   bool exact = false;
   /// Stops left out because keep-outs bar the way to all their poses (Reason::PathBlocked).
@@ -72,11 +73,13 @@ struct Tour {
 /// How much work shortest_tour() may do.
 struct TourOptions {
   std::uint64_t seed = 1;
+  /// Where the tour has to come to after its last stop; keep-outs must leave a way there by home.
+  std::optional<Joints> end;
   int exact_up_to = 15;     ///< stops; above (or with very many poses) local search
   int kicks_per_stop = 80;  ///< of the local search, 2,000 to 60,000 kicks in all
 };
 
-/// Shortest open tour over sets of alternatives: exact (Held-Karp) for up to 15 stops, otherwise
+/// Shortest tour over sets of alternatives: exact (Held-Karp) for up to 15 stops, otherwise
 /// local search (2-opt, Or-opt, branch choice by shortest path, double-bridge kicks) with a
 /// Held-Karp-ascent lower bound. Deterministic for a seed; work is bounded by iterations.
 ///
