@@ -62,32 +62,6 @@ TEST_F(Workflow, ReconstructsFromTwoPhotographsTakenFromNear) {
   EXPECT_GT(errors["psnr_a_db"].get<double>(), 22.0);  // as above, a little less
 }
 
-TEST_F(Workflow, DryRunMovesNothingAndLeavesNothing) {
-  const Ended ended = run(
-      {"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--dry-run"});
-  EXPECT_THAT(ended.out, HasSubstr("(39.00, 60.00, 89.00) deg"));
-  EXPECT_THAT(ended.error, HasSubstr("nothing was moved"));
-  EXPECT_THAT(folder.names(), testing::ElementsAre("list.csv", "rig.toml"));
-}
-
-TEST_F(Workflow, DryRunRefusesWhatTheRunWouldRefuse) {
-  folder.write("blind.toml",
-               kSmallRig + "[white]\nplacement = \"in_frame\"\npatch_mm = [300.0, 0.0]\n");
-  const Ended ended = run({"measure", "blind.toml", "--plan", "list.csv", "--material",
-                           "builtin:red-pmma", "--dry-run"},
-                          2);
-  EXPECT_THAT(ended.error, HasSubstr("the white reference is not in the camera's view"));
-}
-
-TEST_F(Workflow, MeasuresAPlanInItsOwnOrderAndPoses) {
-  run({"plan", "--directions", "nielsen-10", "--rig", "rig.toml", "--out", "plan.csv"});
-  const Ended ended = run(
-      {"measure", "rig.toml", "--plan", "plan.csv", "--material", "builtin:red-pmma", "--dry-run"});
-  // The published ten, in the shortest order: the first and the last.
-  EXPECT_THAT(ended.out, testing::StartsWith("(2.00, 60.00, 180.00) deg"));
-  EXPECT_LT(ended.out.find("(3.00, 12.00, 28.00)"), ended.out.find("(1.00, 6.00, 37.00)"));
-}
-
 TEST_F(Workflow, ExplainsDirectionsFromEverySearch) {
   train();
   const std::vector<std::vector<std::string>> searches = {

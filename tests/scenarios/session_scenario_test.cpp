@@ -65,10 +65,12 @@ TEST(SimulatedSession, MeasuresALambertianPlateToWithinItsNoise) {
   ASSERT_EQ(measured.reduction.samples.samples.size(), 75U);
   for (const samples::Sample& sample : measured.reduction.samples.samples) {
     for (int c = 0; c < 3; ++c) {
-      // Its own noise, and 0.2 % for PRNU over about 250 pixels, lamp drift and monitor.
+      // Its own noise, 0.2 % for PRNU over about 250 pixels, lamp drift and monitor, and as much
+      // again: in the red of (15, 30, 130) deg the longer exposure ends just where pixels are full,
+      // and those that noise kept below are taken (rms z 2 there, about 1 everywhere else).
       const double noise = 4.0 * sample.sigma_per_sr[c] / sample.value_per_sr[c];
       EXPECT_LT(noise, 0.015);
-      EXPECT_NEAR(sample.value_per_sr[c] * std::numbers::pi / albedo, 1.0, 0.002 + noise)
+      EXPECT_NEAR(sample.value_per_sr[c] * std::numbers::pi / albedo, 1.0, 0.004 + noise)
           << "theta_h " << sample.direction.theta_h.degrees() << ", theta_d "
           << sample.direction.theta_d.degrees();
     }
@@ -146,9 +148,13 @@ TEST(SimulatedSession, ReadsColourFromABayerSensorUnderWhiteLight) {
   options.relative_sigma = 0.002;
   const Measured measured = measure(world, kThreeDirections, options);
   for (const samples::Sample& sample : measured.reduction.samples.samples) {
-    EXPECT_NEAR(sample.value_per_sr[0] * std::numbers::pi / 0.6, 1.0, 0.015);
-    EXPECT_NEAR(sample.value_per_sr[1] * std::numbers::pi / 0.3, 1.0, 0.015);
-    EXPECT_NEAR(sample.value_per_sr[2] * std::numbers::pi / 0.1, 1.0, 0.015);
+    // Sixty blue pixels of a dark blue: their own noise is up to 0.7 %.
+    for (const auto& [channel, albedo] :
+         {std::pair{0, 0.6}, std::pair{1, 0.3}, std::pair{2, 0.1}}) {
+      const double noise = 4.0 * sample.sigma_per_sr[channel] / sample.value_per_sr[channel];
+      EXPECT_LT(noise, 0.04);
+      EXPECT_NEAR(sample.value_per_sr[channel] * std::numbers::pi / albedo, 1.0, 0.004 + noise);
+    }
     EXPECT_EQ(sample.flags, "");
   }
 }

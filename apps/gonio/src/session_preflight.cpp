@@ -37,7 +37,7 @@ constexpr double kUnknownPoint = 0.7;
 /// file), a leg besides the drives' own time, and how well both and the drives' speed are known.
 /// Measured over the wire: docs/results.md.
 constexpr double kMetalFrame_s = 0.03;
-constexpr double kMetalMove_s = 0.05;
+constexpr double kMetalMove_s = 0.17;
 constexpr double kMetalTimesRelative = 0.02;
 
 /// Of a person who is asked to change the target.
