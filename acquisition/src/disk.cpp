@@ -70,7 +70,7 @@ DiskReserve::DiskReserve(const std::filesystem::path& session, std::uint64_t byt
   // Some file systems take all that is left before they say that it was not enough.
   std::error_code error;
   const std::filesystem::space_info space = std::filesystem::space(session, error);
-  if (!error && space.available < bytes) throw FileError(path_, "set space aside in", ENOSPC);
+  if (!error && space.available < bytes) throw FileError(path_, "set space aside", ENOSPC);
   constexpr int kOwnerOnly = 0600;
   file_ = ::open(path_.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC | O_NOFOLLOW, kOwnerOnly);
   if (file_ < 0) throw FileError(path_, "create", errno);
@@ -83,10 +83,11 @@ DiskReserve::DiskReserve(const std::filesystem::path& session, std::uint64_t byt
     return;
   }
   const int saved_errno = errno;
-  if (saved_errno == EOPNOTSUPP || saved_errno == ENOSYS) return;
+  // A limit on the size of files says nothing about the disk.
+  if (saved_errno == EOPNOTSUPP || saved_errno == ENOSYS || saved_errno == EFBIG) return;
   ::close(file_);
   ::unlink(path_.c_str());
-  throw FileError(path_, "set space aside in", saved_errno);
+  throw FileError(path_, "set space aside", saved_errno);
 }
 
 DiskReserve::~DiskReserve() {

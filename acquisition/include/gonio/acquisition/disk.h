@@ -35,7 +35,8 @@ Check check_disk(const DiskUse& use, const std::filesystem::path& folder);
 /// Threads  One.
 class DiskReserve {
  public:
-  /// Holds nothing where the file system cannot set space aside (held_bytes() says so). Throws
+  /// Holds nothing where the file system, or a limit on the size of files, does not let it
+  /// (held_bytes() says so). Throws
   /// FileError when there is not so much.
   DiskReserve(const std::filesystem::path& session, std::uint64_t bytes);
   ~DiskReserve();
