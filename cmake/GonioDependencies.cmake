@@ -3,6 +3,7 @@
 #   Eigen3::Eigen  gonio::openblas  hdf5::hdf5  SQLite::SQLite3  TIFF::TIFF  PNG::PNG
 #   tomlplusplus::tomlplusplus  nlohmann_json::nlohmann_json  CLI11::CLI11  fmt::fmt
 #   OpenSSL::Crypto  Threads::Threads  GTest::gtest  GTest::gmock  benchmark::benchmark
+#   PkgConfig::LIBMICROHTTPD
 #   PkgConfig::LIBMODBUS  PkgConfig::LIBUSB  PkgConfig::ARAVIS   each with its GONIO_WITH_...
 #   PkgConfig::UMOCKDEV  with GONIO_WITH_USB: emulates USB devices
 
@@ -25,9 +26,8 @@ find_package(fmt 9 REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc calib3d aruco)
 
-if(GONIO_WITH_MODBUS OR GONIO_WITH_USB OR GONIO_WITH_ARAVIS)
-  find_package(PkgConfig REQUIRED)
-endif()
+find_package(PkgConfig REQUIRED)
+pkg_check_modules(LIBMICROHTTPD REQUIRED IMPORTED_TARGET libmicrohttpd>=0.9.75)
 if(GONIO_WITH_MODBUS)
   pkg_check_modules(LIBMODBUS REQUIRED IMPORTED_TARGET libmodbus>=3.1.6)
 endif()

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <type_traits>
 
+#include "gonio/acquisition/archive_observer.h"
 #include "gonio/acquisition/frame_file.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
@@ -183,6 +184,7 @@ struct SessionWriter::State {
   Journal journal;
   std::int64_t next_frame = 1;
   std::chrono::nanoseconds ahead{0};  ///< of the session's clock before the devices'
+  ArchiveObserver* observer = nullptr;
 };
 
 std::filesystem::path session_lock(const std::filesystem::path& folder) {
@@ -253,6 +255,7 @@ FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& fram
        fmt::format("{}", frame.saturation_level_dn), fmt::format("{}", frame.black_level_dn),
        fmt::format("{}", frame.gain_db)});
   ++state_->next_frame;
+  if (state_->observer != nullptr) state_->observer->on_frame(record, frame);
   return record;
 }
 
@@ -264,17 +267,24 @@ void SessionWriter::append(const PointRecord& record) {
        fmt::format("{}", record.commanded.phi_d.degrees()), std::string(1, record.branch),
        degrees_text(record.joints), std::string(to_string(record.outcome)), record.note,
        fmt::format("{}", (record.finished_at + state_->ahead).count())});
+  if (state_->observer == nullptr) return;
+  PointRecord told = record;
+  told.finished_at += state_->ahead;
+  state_->observer->on_point(told);
 }
 
 void SessionWriter::note(std::chrono::nanoseconds at, const std::string& kind,
                          const std::string& text) {
   state_->journal.append("notes", {fmt::format("{}", (at + state_->ahead).count()), kind, text});
+  if (state_->observer != nullptr) state_->observer->on_note({at + state_->ahead, kind, text});
 }
 
 void SessionWriter::finish(std::chrono::nanoseconds at) {
   state_->journal.append("finished", {fmt::format("{}", (at + state_->ahead).count())});
   state_->journal.close_log();
 }
+
+void SessionWriter::observe(ArchiveObserver* observer) { state_->observer = observer; }
 
 SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(folder) {
   const std::filesystem::path path = folder / kJournalName;

@@ -39,6 +39,7 @@ struct MeasureOptions {
   bool skip_unreachable = false;
   bool yes = false;
   bool simulate = false;
+  MonitorOptions watching;
 };
 
 /// What lies on the rig, as far as the program has to know.
@@ -198,7 +199,7 @@ int measure(Context& context, const MeasureOptions& options) {
   session.ask_person = !options.yes;
 
   if (options.dry_run) return dry_run(context, session, options.json);
-  return run_to_the_end(context, session);
+  return run_to_the_end(context, session, options.watching);
 }
 
 }  // namespace
@@ -234,6 +235,7 @@ void add_measure(const Command& root) {
   command.flag("--simulate", options->simulate,
                "Run in a simulated world although the rig file names devices");
   command.flag("--yes", options->yes, "Do not ask before going on");
+  add_monitor_options(command, options->watching);
   command.on_call(options, measure);
 }
 

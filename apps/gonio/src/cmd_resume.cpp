@@ -20,6 +20,7 @@ struct ResumeOptions {
   double outage_s = 0.0;
   bool accept_old = false;
   bool yes = false;
+  MonitorOptions watching;
 };
 
 /// Held from before the archive is read. Throws UsageError when a live process is measuring it.
@@ -84,6 +85,7 @@ SessionSetup setup_of(const StoredSession& stored) {
   session.rig.path = metadata(archive, "rig_file");  // what the rig file names lies beside it
   session.instrument = stored.instrument;
   session.archive = archive.folder();
+  session.labels.sample_id = metadata(archive, "sample_id");
   const auto poses = archive.configuration().find(kPosesText);
   if (poses == archive.configuration().end()) {
     throw UsageError(fmt::format("{}: configuration: found no {}; an earlier version made it",
@@ -147,7 +149,7 @@ int resume(Context& context, const ResumeOptions& options) {
                                               std::chrono::duration<double>(options.outage_s))
                                         : outage_until_now(stored.archive, state.may_begin_at);
   tell_what_is_left(context.console, stored.archive, state, session.plan.points.size());
-  return run_to_the_end(context, session,
+  return run_to_the_end(context, session, options.watching,
                         SessionToResume{std::move(state), stored.archive.metadata(),
                                         std::move(lock), outage, std::move(despite)});
 }
@@ -164,6 +166,7 @@ void add_resume(const Command& root) {
   command.flag("--accept-calibration", options->accept_old,
                "Go on with a calibration or alignment that has become too old");
   command.flag("--yes", options->yes, "Do not ask before going on");
+  add_monitor_options(command, options->watching);
   command.on_call(options, resume);
 }
 

@@ -1,14 +1,18 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "command.h"
 #include "gonio/acquisition/frame_file.h"
+#include "gonio/devices/device_error.h"
+#include "gonio/monitor/frame_picture.h"
+#include "gonio/monitor/setup_page.h"
 #include "gonio/render/png.h"
 #include "hands_on.h"
 #include "json_text.h"
+#include "monitoring.h"
 #include "outputs.h"
 
 namespace gonio::cli {
@@ -19,53 +23,54 @@ struct SnapOptions : HandsOnOptions {
   std::string channel;
   double exposure_ms = 20.0;
   bool force = false;
+  MonitorOptions watching;
 };
 
-struct FrameFigures {
-  double mean_dn = 0.0;
-  std::uint16_t min_dn = 0;
-  std::uint16_t max_dn = 0;
-  double saturated_share = 0.0;
-};
-
-FrameFigures figures_of(const devices::Frame& frame) {
-  FrameFigures figures;
-  const auto [low, high] = std::minmax_element(frame.pixels_dn.begin(), frame.pixels_dn.end());
-  figures.min_dn = *low;
-  figures.max_dn = *high;
-  std::size_t saturated = 0;
-  double sum = 0.0;
-  for (const std::uint16_t dn : frame.pixels_dn) {
-    sum += dn;
-    if (dn >= frame.saturation_level_dn) ++saturated;
-  }
-  const auto count = static_cast<double>(frame.pixels_dn.size());
-  figures.mean_dn = sum / count;
-  figures.saturated_share = static_cast<double>(saturated) / count;
-  return figures;
+std::chrono::nanoseconds exposure_of(const SnapOptions& options) {
+  return std::chrono::nanoseconds(std::llround(options.exposure_ms * 1e6));
 }
 
-/// The frame from black level to saturation as a person looks at it: square root for the eye,
-/// saturated pixels red.
-render::Image preview(const devices::Frame& frame) {
-  render::Image image(frame.width_px, frame.height_px);
-  const double range = std::max(1.0, frame.saturation_level_dn - frame.black_level_dn);
-  for (int y = 0; y < frame.height_px; ++y) {
-    for (int x = 0; x < frame.width_px; ++x) {
-      const std::uint16_t dn = frame.at(y, x);
-      if (dn >= frame.saturation_level_dn) {
-        image.at(x, y) = {230, 30, 30, 255};
-        continue;
-      }
-      const double level = std::clamp((dn - frame.black_level_dn) / range, 0.0, 1.0);
-      const auto grey = static_cast<std::uint8_t>(std::lround(255.0 * std::sqrt(level)));
-      image.at(x, y) = {grey, grey, grey, 255};
+void light(HandsOn& rig, const SnapOptions& options) {
+  if (options.channel.empty()) return;
+  try {
+    rig.guarded().light(options.channel);
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+}
+
+/// Frame after frame for a page, as long as one looks on, until Ctrl-C.
+int snap_live(Context& context, const SnapOptions& options) {
+  if (!options.out.empty()) throw UsageError("--monitor takes no frame to keep: found --out");
+  const monitor::HttpAddress address = monitor_address(context.console, options.watching);
+  HandsOn rig(context, options, Parts::all);
+  light(rig, options);
+  monitor::SetupView view;
+  std::optional<monitor::SetupPage> page;
+  listening([&] {
+    page.emplace(address, view,
+                 rig.file().rig.name +
+                     (options.channel.empty() ? ", shutter closed" : ", " + options.channel));
+  });
+  context.console.say("live image: " + page->url() + " (Ctrl-C ends)");
+  while (view.wait_until_asked(context.stop)) {
+    try {
+      view.show(rig.guarded().capture(exposure_of(options)));
+    } catch (const devices::DeviceError& error) {
+      if (context.stop.stop_requested()) break;
+      const bool may_pass = error.code() == devices::DeviceErrc::Timeout ||
+                            error.code() == devices::DeviceErrc::Protocol;
+      if (!may_pass) throw;
+      view.show_error(error.what());
     }
   }
-  return image;
+  rig.finish();
+  return kSuccess;
 }
 
 int snap(Context& context, const SnapOptions& options) {
+  if (options.watching.port) return snap_live(context, options);
+  if (options.out.empty()) throw UsageError("--out is required, or --monitor");
   const std::filesystem::path out(options.out);
   const bool picture = out.extension() == ".png";
   if (!picture && out.extension() != ".tif" && out.extension() != ".tiff") {
@@ -73,22 +78,15 @@ int snap(Context& context, const SnapOptions& options) {
   }
   require_output(options.out, options.force, {options.rig});
   HandsOn rig(context, options, Parts::all);
-  if (!options.channel.empty()) {
-    try {
-      rig.guarded().light(options.channel);
-    } catch (const std::invalid_argument& error) {
-      throw UsageError(error.what());
-    }
-  }
-  const std::chrono::nanoseconds exposure(std::llround(options.exposure_ms * 1e6));
-  const devices::Frame frame = rig.guarded().capture(exposure);
+  light(rig, options);
+  const devices::Frame frame = rig.guarded().capture(exposure_of(options));
   rig.finish();
   if (picture) {
-    render::write_png(out, preview(frame), overwrite(options.force));
+    render::write_png(out, monitor::frame_picture(frame, frame.width_px), overwrite(options.force));
   } else {
     acquisition::write_frame_file(out, frame, overwrite(options.force));
   }
-  const FrameFigures figures = figures_of(frame);
+  const monitor::FrameFigures figures = monitor::figures_of(frame);
   if (options.json) {
     const nlohmann::ordered_json result = {
         {"width_px", frame.width_px},
@@ -115,14 +113,14 @@ int snap(Context& context, const SnapOptions& options) {
 
 void add_snap(const Command& root) {
   auto options = std::make_shared<SnapOptions>();
-  const Command command = root.add("snap", "Take one frame",
+  const Command command = root.add("snap", "Take one frame, or show live ones",
                                    "gonio snap rigs/lab_example.toml --channel G --out frame.png");
   add_hands_on_options(command, *options, false);
-  command.text("--out", options->out, "Picture (.png) or raw frame (.tif) to create",
-               Need::required);
+  command.text("--out", options->out, "Picture (.png) or raw frame (.tif) to create");
   command.text("--channel", options->channel, "Lit meanwhile (default: the shutter stays closed)");
   command.number("--exposure-ms", options->exposure_ms, 0.001, 3.6e6, "How long to expose");
   command.force(options->force);
+  add_page_options(command, options->watching, "Serve live images for focusing and aiming instead");
   command.on_call(options, snap);
 }
 

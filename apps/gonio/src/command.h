@@ -63,6 +63,9 @@ class Command {
              Need need = Need::optional) const;
   void integer(const std::string& name, int& value, int min, int max,
                const std::string& help) const;
+  /// Empty unless it was given; `if_bare` when without a value.
+  void port(const std::string& name, std::optional<std::uint16_t>& value, std::uint16_t if_bare,
+            const std::string& help) const;
   /// One or several, separated by commas.
   void integers(const std::string& name, std::vector<int>& values, int min, int max,
                 const std::string& help) const;

@@ -199,6 +199,29 @@ void Command::seed(std::optional<std::uint64_t>& value, const std::string& help)
   mark(app_->add_option("--seed", value, help)->check(whole_number), Need::optional, false);
 }
 
+void Command::port(const std::string& name, std::optional<std::uint16_t>& value,
+                   std::uint16_t if_bare, const std::string& help) const {
+  const auto parsed = [](const std::string& text) -> std::optional<std::uint16_t> {
+    std::uint16_t port = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return port;
+  };
+  app_->add_option_function<std::string>(
+          name, [&value, parsed](const std::string& text) { value = parsed(text); }, help)
+      ->expected(0, 1)
+      ->default_str(std::to_string(if_bare))
+      ->option_text("[PORT]")
+      ->check([parsed, name](const std::string& text) {
+        // What was meant for the next argument ends up here as well.
+        return parsed(text) ? std::string()
+                            : fmt::format(
+                                  "found {}, expected a port from 0 to 65535; without one "
+                                  "{} goes last",
+                                  text, name);
+      });
+}
+
 void Command::choice(const std::string& name, std::string& value,
                      const std::vector<std::string>& words, const std::string& help,
                      Need need) const {

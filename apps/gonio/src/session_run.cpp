@@ -176,7 +176,8 @@ acquisition::SessionMetadata alignment_metadata(const instrument::Alignment& ali
 
 acquisition::SessionResult run_session(const Console& console, SessionSetup session,
                                        std::stop_token stop, std::stop_token pause,
-                                       std::optional<SessionToResume> resumed) {
+                                       std::optional<SessionToResume> resumed,
+                                       monitor::SessionMonitor* monitor) {
   // What can be refused is refused before a device is opened.
   const std::size_t points_done = resumed ? resumed->state.done.size() : 0;
   if (!session.simulated) check(open_simulated(session)->devices(), session, points_done);
@@ -198,7 +199,12 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   std::optional<SessionReserve> reserve;  // once there is an archive
   const std::optional<double> time_scale =
       session.simulated ? session.rig.world.time_scale : std::optional(rig->time_scale());
+  if (monitor != nullptr) {
+    monitor->runs_at(time_scale);
+    if (resumed) monitor->were_done(resumed->state.done);
+  }
   const auto show = [&](const acquisition::SessionProgress& now) {
+    if (monitor != nullptr) monitor->on_progress(now);
     const double whole = now.elapsed_s + now.remaining_s;
     const std::string words =
         now.phase == "point" ? fmt::format("point {} of {}", now.done + 1, now.total) : now.phase;
@@ -219,6 +225,7 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                             {kPlanText, session.plan_text},
                                             {kPosesText, poses},
                                             {kCalibrationText, calibration}});
+  archive.observe(monitor);
   acquisition::SessionPart part;
   if (resumed) part.done = resumed->state.done;
   reserve.emplace(session, preflight, devices.camera->info(), points_done);

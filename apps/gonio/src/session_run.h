@@ -11,6 +11,7 @@
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/console/console.h"
 #include "gonio/instrument/alignment.h"
+#include "gonio/monitor/session_monitor.h"
 #include "gonio/setup/rig_file.h"
 #include "materials_input.h"
 #include "session_calibration.h"
@@ -65,10 +66,11 @@ struct SessionToResume {
 /// Checks and runs it; progress goes to the console. A session that is refused before anything
 /// moved leaves no archive and throws UsageError; so is one whose calibration is expired, stale or
 /// another rig's, unless it is accepted. With `resumed`, goes on with the archive there is; throws
-/// UsageError when the devices are not those it was begun with.
+/// UsageError when the devices are not those it was begun with. `monitor`, if any, is told of it.
 acquisition::SessionResult run_session(const Console& console, SessionSetup session,
                                        std::stop_token stop = {}, std::stop_token pause = {},
-                                       std::optional<SessionToResume> resumed = std::nullopt);
+                                       std::optional<SessionToResume> resumed = std::nullopt,
+                                       monitor::SessionMonitor* monitor = nullptr);
 
 /// A finished or killed session with what it was made with.
 struct StoredSession {

@@ -61,6 +61,8 @@ struct PointRecord {
 /// Everything known before the first frame. Values are text so that any reader can show them.
 using SessionMetadata = std::map<std::string, std::string>;
 
+class ArchiveObserver;
+
 /// Creates and appends to a session archive: a folder with `session.sqlite` (WAL, synchronous FULL,
 /// rows never updated or deleted, each with its own checksum: the truth) and `frames/*.tiff` (16
 /// bit, written under a temporary name, synced, renamed, checksummed, then committed).
@@ -95,6 +97,10 @@ class SessionWriter {
   void note(std::chrono::nanoseconds at, const std::string& kind, const std::string& text);
   /// Marks the session complete. Without it a reader reports an interrupted session.
   void finish(std::chrono::nanoseconds at);
+
+  /// Tells of every frame, point and note from here on. Not owned, must outlive the writer; null:
+  /// nobody.
+  void observe(ArchiveObserver* observer);
 
  private:
   struct State;
