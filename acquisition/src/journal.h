@@ -36,7 +36,7 @@ class Journal {
   void commit() { run("COMMIT;"); }
 
   /// Folds the log into the main file, so that the finished journal can be read where nothing may
-  /// be written.
+  /// be written. Not while somebody reads it: then the log stays, and no row is missing for that.
   void close_log();
 
   /// Adds a row with its checksum, durable on return, between begin() and commit() then.

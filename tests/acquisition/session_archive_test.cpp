@@ -164,6 +164,25 @@ TEST_F(SessionArchive, CanBeReadWhereNothingMayBeWritten) {
   std::filesystem::permissions(folder_, std::filesystem::perms::owner_all);
 }
 
+TEST_F(SessionArchive, IsFinishedAlsoWhileSomebodyReadsIt) {
+  sqlite3* looking = nullptr;
+  {
+    SessionWriter writer(folder_, {}, {});
+    writer.append(small_record(), small_frame(1));
+    ASSERT_EQ(sqlite3_open((folder_ / "session.sqlite").c_str(), &looking), SQLITE_OK);
+    ASSERT_EQ(sqlite3_exec(looking, "BEGIN; SELECT * FROM frames;", nullptr, nullptr, nullptr),
+              SQLITE_OK);
+    EXPECT_NO_THROW(writer.finish(std::chrono::seconds(9)));
+  }
+  const SessionReader while_it_looks(folder_);
+  EXPECT_TRUE(while_it_looks.finished());
+  EXPECT_THAT(while_it_looks.damage(), IsEmpty());
+  sqlite3_close(looking);
+  const SessionReader after(folder_);
+  EXPECT_TRUE(after.finished());
+  EXPECT_EQ(after.frames().size(), 1u);
+}
+
 TEST_F(SessionArchive, RefusesWhatIsNoJournal) {
   EXPECT_THROW(SessionReader{folder_}, FileError);
   std::filesystem::create_directory(folder_);

@@ -30,6 +30,8 @@ class GonioProcess {
 
   /// Blocks until standard error has said `text`; false when the program ends first.
   bool wait_for(const std::string& text);
+  /// What standard error has said, as far as wait_for() has read.
+  const std::string& said() const { return error_; }
   void send(int signal);
   /// Waits for its end, no longer than this. Who is not read meanwhile must not say much.
   bool ends_within(std::chrono::nanoseconds time) const;

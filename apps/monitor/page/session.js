@@ -122,7 +122,8 @@ function showSphere() {
     byId("sphere").hidden = false;
   }
   const made = r.number ? "From " + r.points + " measured point" + (r.points === 1 ? "" : "s") + "." : "";
-  say("sphere-says", [made, r.message].filter(Boolean).join(" ") || "Waits for the first point.");
+  say("sphere-says", [made, r.message].filter(Boolean).join(" ") ||
+    (state.measured > 0 ? "Being made of " + state.measured + " points." : "Waits for the first point."));
 }
 
 function showNotes() {

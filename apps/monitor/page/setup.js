@@ -51,7 +51,7 @@ function draw() {
     Number(state.exposure_ms.toPrecision(3)) + " ms"));
   drawOverlay();
   if (state.number === 0) return;
-  say("focus", short(state.focus));
+  say("focus", state.focus > 0 ? short(state.focus) : "too dark");
   const best = Math.max(...history, 0);
   say("best", short(best));
   const top = best > 0 ? 1.1 * best : 1;

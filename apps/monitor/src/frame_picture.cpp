@@ -7,6 +7,7 @@
 namespace gonio::monitor {
 namespace {
 
+constexpr double kLeastLight = 0.01;  // of the range; below, the noise would look sharp
 constexpr render::Rgba8 kSaturatedColour{230, 30, 30, 255};
 
 }  // namespace
@@ -110,7 +111,8 @@ double focus_of(const devices::Frame& frame, const Region& region) {
   }
   const double count = static_cast<double>(region.width_px) * region.height_px;
   const double light = sum / count - frame.black_level_dn;
-  if (light <= 0.0) return 0.0;
+  const double range = frame.saturation_level_dn - frame.black_level_dn;
+  if (light <= kLeastLight * range) return 0.0;
   return squares / static_cast<double>(pairs) / (light * light);
 }
 

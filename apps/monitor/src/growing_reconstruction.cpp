@@ -1,7 +1,8 @@
 #include "gonio/monitor/growing_reconstruction.h"
 
-#include <pthread.h>
-#include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <exception>
@@ -20,6 +21,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kSphereSize_px = 256;
+constexpr int kNicest = 19;
 constexpr int kRestFactor = 4;  // rests so many times as long as it has worked
 
 }  // namespace
@@ -40,9 +42,9 @@ std::shared_ptr<const GrowingReconstruction::Picture> GrowingReconstruction::pic
 }
 
 void GrowingReconstruction::work(const std::stop_token& stop) {
-  // What the session leaves over. Not granted: then the rests have to do.
-  const sched_param none{};
-  ::pthread_setschedparam(::pthread_self(), SCHED_IDLE, &none);
+  // What the session leaves over. On Linux a priority set by a thread's number is that thread's
+  // only.
+  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNicest);
   std::unique_lock lock(mutex_);
   while (wake_.wait(lock, stop, [&] { return wanted_points_ > tried_points_; })) {
     const int points = wanted_points_;

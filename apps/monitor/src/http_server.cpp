@@ -282,7 +282,11 @@ HttpServer::~HttpServer() = default;
 std::uint16_t HttpServer::port() const { return state_->address.port; }
 
 std::string HttpServer::url() const {
-  return fmt::format("http://{}:{}/", in_url(state_->address.address), state_->address.port);
+  const std::string& address = state_->address.address;
+  const bool everywhere = address == "0.0.0.0" || address == "::";
+  return fmt::format("http://{}:{}/",
+                     everywhere && !state_->machine.empty() ? state_->machine : in_url(address),
+                     state_->address.port);
 }
 
 }  // namespace gonio::monitor

@@ -45,7 +45,8 @@ render::Image frame_picture(const devices::Frame& frame, int max_width_px);
 /// How sharp a region is: the mean square of differences between pixels two columns or two rows
 /// apart (so within one colour of a Bayer frame), over the squared mean above the black level. The
 /// sharper the larger; it does not change with the light but grows with noise, so that it compares
-/// frames of one exposure. 0 where there is no light or less than 3 x 3 px.
+/// frames of one exposure. 0 where the mean light is below 1 % of the range, or with
+/// less than 3 x 3 px.
 /// Source   Brenner et al., "An Automated Microscope for Cytologic Research", J. Histochem.
 ///          Cytochem. 24(1), 1976, along both axes, normalised by the mean.
 double focus_of(const devices::Frame& frame, const Region& region);

@@ -19,10 +19,9 @@ namespace gonio::monitor {
 /// The material as far as it has been measured, as a picture of a sphere: made anew from the
 /// archive as points come in, while somebody looks.
 ///
-/// Cost     One thread that the system runs when no other wants the processor, and never for more
-///          than a fifth of the time. Nothing while nobody looks.
-/// Threads  All members may be called from any.
-/// Errors   Become Picture::message; the session does not notice.
+/// Cost     One thread of the lowest priority (nice 19), never for more than a fifth of the time.
+/// Nothing while nobody looks. Threads  All members may be called from any. Errors   Become
+/// Picture::message; the session does not notice.
 class GrowingReconstruction {
  public:
   struct Source {

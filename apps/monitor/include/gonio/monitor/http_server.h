@@ -64,7 +64,7 @@ class HttpServer {
   HttpServer& operator=(const HttpServer&) = delete;
 
   std::uint16_t port() const;
-  /// "http://127.0.0.1:8760/"
+  /// "http://127.0.0.1:8760/"; with the machine's name where it listens on all its addresses.
   std::string url() const;
 
  private:
