@@ -19,9 +19,10 @@ namespace gonio::monitor {
 /// The material as far as it has been measured, as a picture of a sphere: made anew from the
 /// archive as points come in, while somebody looks.
 ///
-/// Cost     One thread of the lowest priority (nice 19), never for more than a fifth of the time.
-/// Nothing while nobody looks. Threads  All members may be called from any. Errors   Become
-/// Picture::message; the session does not notice.
+/// Cost     One thread of the lowest priority (nice 19), never for more than a fifth of the time;
+///          nothing while nobody looks. When it ends, it waits for the picture under way.
+/// Threads  All members may be called from any.
+/// Errors   Become Picture::message; the session does not notice.
 class GrowingReconstruction {
  public:
   struct Source {
@@ -39,7 +40,6 @@ class GrowingReconstruction {
   };
 
   explicit GrowingReconstruction(Source source);
-  /// Waits for the picture under way.
   ~GrowingReconstruction();
   GrowingReconstruction(const GrowingReconstruction&) = delete;
   GrowingReconstruction& operator=(const GrowingReconstruction&) = delete;
