@@ -61,15 +61,23 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
                            const SessionOptions& options, const Regions& regions,
                            std::chrono::nanoseconds first_exposure, const FrameRecord& record,
                            SessionWriter& archive) {
+  // So that a bracket of one frame has two readings as well.
+  double lowest_monitor = devices.read_monitor();
+  double highest_monitor = lowest_monitor;
   const auto expose = [&](std::chrono::nanoseconds exposure) {
     FrameRecord own = record;
     const devices::Frame frame = capture_standing(devices, exposure, own);
     own.monitor = devices.read_monitor();
+    lowest_monitor = std::min(lowest_monitor, own.monitor);
+    highest_monitor = std::max(highest_monitor, own.monitor);
     archive.append(std::move(own), frame);
     return read_regions(frame, regions, instrument.sensor.response);
   };
-  return bracket_exposures(instrument.sensor, options, devices.devices().camera->info(),
-                           first_exposure, expose);
+  BracketResult result = bracket_exposures(
+      instrument.sensor, options, devices.devices().camera->info(), first_exposure, expose);
+  result.lowest_monitor = lowest_monitor;
+  result.highest_monitor = highest_monitor;
+  return result;
 }
 
 }  // namespace gonio::acquisition

@@ -23,6 +23,8 @@ struct BracketResult {
   int dark_regions = 0;       ///< not saturated, but below three sigmas even at the longest
   int short_regions = 0;      ///< not saturated, but short of the wanted precision at the longest
   int regions = 0;
+  double lowest_monitor = 0.0;  ///< of the readings beside its frames; 0 without a monitor
+  double highest_monitor = 0.0;
 };
 
 /// Decides which exposures a bracket takes: shorter ones until the brightest region is unsaturated,

@@ -7,6 +7,7 @@
 
 #include "bracket_rules.h"
 #include "expected_regions.h"
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/devices/clock.h"
 #include "gonio/parallel/parallel.h"
 
@@ -229,6 +230,51 @@ class SessionForecaster {
     return sum;
   }
 
+  /// Axes that stand at home: one after another they search their marks.
+  Uncertain home_check() const {
+    Uncertain sum;
+    for (const rig::Axis& axis : instrument_.rig.axes) {
+      sum.seconds += times_.index_search_s + std::chrono::duration<double>(axis.settle).count() +
+                     times_.move_s;
+    }
+    sum.low = sum.high = sum.seconds;
+    sum.variance = std::pow(times_.sigma_relative * sum.seconds, 2);
+    return sum;
+  }
+
+  /// The first visit finds its exposures by a bracket.
+  White sentinel(const rig::Joints& joints, const ExpectedSample& sample, bool first) const {
+    const TargetSquare square{Eigen::Vector2d::Zero(), options_.sample_half_width_mm, 1};
+    const auto channels = expected_regions(
+        instrument_, rig::forward(instrument_.rig, joints), square, camera_.pixel_format, light_,
+        [&](const brdf::DirectionPair& pair) { return sample.brdf(0, pair); });
+    White result;
+    if (channels.front().empty()) return result;
+    const auto measure = [&](double brightness, int& frames) {
+      double seconds = 0.0;
+      frames = 0;
+      for (const ChannelRegions& regions : channels) {
+        const Foreseen foreseen = brackets_.foresee(regions, options_.first_exposure, brightness);
+        if (first) seconds += foreseen.bracket.exposed_s + foreseen.bracket.frames * frame_s_;
+        if (first) frames += foreseen.bracket.frames;
+        constexpr int kFrames = kSentinelFrames + 1;  // and its background
+        seconds += kFrames * (devices::to_seconds(foreseen.found.start) + frame_s_);
+        frames += kFrames;
+      }
+      return seconds;
+    };
+    const double common = std::hypot(light_.sigma_ln, sample.sigma_ln);
+    int dim_frames = 0;
+    int bright_frames = 0;
+    const double expected = measure(1.0, result.frames);
+    const double dim = measure(std::exp(-kNinetyPercent * common), dim_frames);
+    const double bright = measure(std::exp(kNinetyPercent * common), bright_frames);
+    result.seconds = {expected, std::min({expected, dim, bright}),
+                      std::max({expected, dim, bright}), 0.0};
+    result.frames_high = std::max({result.frames, dim_frames, bright_frames});
+    return result;
+  }
+
   Uncertain darks() const {
     const double each = devices::to_seconds(camera_.min_exposure) + frame_s_;
     const double seconds = options_.dark_frames * each;
@@ -313,6 +359,7 @@ Forecast forecast_session(const instrument::Instrument& instrument, const Itiner
   Uncertain travel;
   Uncertain measuring;
   Uncertain park;
+  Uncertain checks;
   double now = 0.0;
   bool measured_some = false;
   for (const PlannedVisit& visit : itinerary.visits) {
@@ -320,9 +367,18 @@ Forecast forecast_session(const instrument::Instrument& instrument, const Itiner
     Uncertain stay;
     switch (visit.kind) {
       case VisitKind::home:
-        stay = forecaster.homing();
-        add(home, stay);
+        stay = measured_some ? forecaster.home_check() : forecaster.homing();
+        add(measured_some ? checks : home, stay);
         break;
+      case VisitKind::sentinel: {
+        const SessionForecaster::White sentinel =
+            forecaster.sentinel(visit.pose.joints, sample, !measured_some);
+        stay = sentinel.seconds;
+        forecast.frames += sentinel.frames;
+        forecast.frames_high += sentinel.frames_high;
+        add(measured_some ? checks : opening, stay);
+        break;
+      }
       case VisitKind::dark:
         stay = forecaster.darks();
         add(dark, stay);
@@ -357,14 +413,19 @@ Forecast forecast_session(const instrument::Instrument& instrument, const Itiner
       point.ends_at_s = now;
     }
   }
-  forecast.parts = {{"home", estimate(home)},        {"dark", estimate(dark)},
-                    {"white", estimate(opening)},    {"travel", estimate(travel)},
-                    {"points", estimate(measuring)}, {"closing white", estimate(closing)},
+  forecast.parts = {{"home", estimate(home)},
+                    {"dark", estimate(dark)},
+                    {"white", estimate(opening)},
+                    {"travel", estimate(travel)},
+                    {"points", estimate(measuring)},
+                    {"checks", estimate(checks)},
+                    {"closing white", estimate(closing)},
                     {"park", estimate(park)}};
   // Light and material move points and whites together; a slow rig is another matter.
   Uncertain exposures = measuring;
   add(exposures, opening);
   add(exposures, closing);
+  add(exposures, checks);
   Uncertain rest = home;
   add(rest, dark);
   Uncertain ways = travel;

@@ -12,6 +12,8 @@ std::string_view to_string(FrameKind kind) {
       return "white";
     case FrameKind::sample:
       return "sample";
+    case FrameKind::sentinel:
+      return "sentinel";
   }
   return "unknown";
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "gonio/devices/clock.h"
+#include "session_checks.h"
 #include "white_pose.h"
 
 namespace gonio::acquisition {
@@ -318,7 +319,8 @@ Preflight preflight(const DeviceSet& devices, const instrument::Instrument& inst
   const rig::TravelModel travel(instrument.rig);
   Itinerary itinerary;
   const bool way_ok = checks.run("path", [&] {
-    itinerary = session_itinerary(travel, plan, white);
+    itinerary = with_session_checks(travel, session_itinerary(travel, plan, white), plan, options,
+                                    tells_home_delta(devices));
     result.axes = axis_use(instrument.rig, itinerary);
     return path_text(result.axes);
   });

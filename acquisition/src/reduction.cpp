@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/errors/errors.h"
 #include "gonio/instrument/measurement_equation.h"
 #include "merged_frames.h"
@@ -48,11 +49,19 @@ struct PointFrames {
 std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archive,
                                                      const SessionParts& parts,
                                                      std::vector<std::string>& warnings) {
+  /// When the point's last row lies, and the one before.
+  struct Span {
+    std::chrono::nanoseconds after{-1};
+    std::chrono::nanoseconds until{-1};
+  };
   std::map<int, PointOutcome> outcomes;
   std::map<int, std::size_t> part_of_point;
+  std::map<int, Span> spans;
   for (const PointRecord& point : archive.points()) {
     outcomes[point.point] = point.outcome;
     part_of_point[point.point] = parts.of(point);
+    Span& span = spans[point.point];
+    span = {span.until, point.finished_at};
   }
   std::map<int, PointFrames> points;
   std::set<int> left_out;
@@ -68,6 +77,9 @@ std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archiv
       continue;
     }
     if (parts.of(record) != part_of_point[record.point]) continue;
+    // A suspect was measured again in the same part.
+    const Span& span = spans[record.point];
+    if (record.exposure_start < span.after || record.exposure_start > span.until) continue;
     PointFrames& frames = points[record.point];
     frames.part = parts.of(record);
     if (record.kind == FrameKind::sample) frames.lit[record.channel].push_back(&record);
@@ -243,6 +255,10 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
         "lies before it is taken with the whites before, what lies after it with those after",
         bridge.at_s, 100.0 * bridge.change_relative, 100.0 * bridge.u_relative));
   }
+  const std::map<int, std::string> suspects = suspect_points(archive);
+  for (const auto& [point, why] : suspects) {
+    reduction.warnings.push_back(fmt::format("point {}: suspect: {}", point, why));
+  }
   const double u_drift = white.largest_change() / std::sqrt(12.0);
 
   for (const auto& [index, frames] :
@@ -321,6 +337,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
         continue;
       }
       set_direction(spot, sample);
+      if (suspects.contains(index)) add_flag(sample, "suspect");
       sample.u_tilt = instrument::half_vector_sigma(instrument, sample.direction.theta_d);
       reduction.samples.samples.push_back(std::move(sample));
     }

@@ -56,6 +56,14 @@ ResumeState resume_state(const SessionReader& archive) {
   for (const SessionNote& note : archive.notes()) {
     latest = std::max(latest, note.at);
   }
+  const std::map<int, std::string> suspects = suspect_points(archive);
+  auto compared = std::chrono::nanoseconds(-1);
+  for (const SessionNote& note : archive.notes()) {
+    if (note.kind == kHomeDeltaNote) compared = note.at;
+  }
+  if (!archive.frames().empty()) state.last_joints = archive.frames().back().joints;
+  const std::vector<SentinelVisit> sentinels = sentinel_visits(archive);
+  if (!sentinels.empty()) state.sentinel = sentinels.front().reading;
   // A part is told by its times: nothing of the part before may have the time at which it begins.
   state.may_begin_at = latest + std::chrono::nanoseconds(1);
   const std::set<int> damaged = points_with_lost_frames(archive);
@@ -64,11 +72,23 @@ ResumeState resume_state(const SessionReader& archive) {
       state.again.push_back(fmt::format("point {} had failed", index));
     } else if (damaged.contains(index) || !with_frames.contains(index)) {
       state.again.push_back(fmt::format("point {} has lost frames", index));
+    } else if (const auto why = suspects.find(index); why != suspects.end()) {
+      state.again.push_back(fmt::format("point {} is suspect ({})", index, why->second));
     } else {
       state.done[index] = point->outcome;
+      if (point->finished_at > compared) state.unchecked.push_back(index);
     }
   }
   return state;
+}
+
+SessionPart part_to_resume(const ResumeState& state) {
+  SessionPart part;
+  part.done = state.done;
+  part.last_joints = state.last_joints;
+  part.unchecked = state.unchecked;
+  part.sentinel = state.sentinel;
+  return part;
 }
 
 }  // namespace gonio::acquisition

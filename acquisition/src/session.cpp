@@ -2,12 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "bracket.h"
 #include "gonio/acquisition/guarded_devices.h"
 #include "gonio/acquisition/itinerary.h"
 #include "standing_capture.h"
+#include "trust_checks.h"
 #include "white_pose.h"
 
 namespace gonio::acquisition {
@@ -17,6 +21,8 @@ namespace {
 constexpr std::uint64_t kDarkSubject = 0;
 constexpr std::uint64_t kWhiteSubject = 1;
 constexpr std::uint64_t kFirstPointSubject = 2;
+/// Behind every point that a plan may have.
+constexpr std::uint64_t kSentinelSubject = std::uint64_t(1) << 30U;
 
 class Session {
  public:
@@ -36,14 +42,12 @@ class Session {
         progress_(progress),
         part_(part),
         channels_(devices.light->channels()),
-        white_joints_(white_joints(instrument.rig)) {}
+        white_joints_(white_joints(instrument.rig)),
+        checks_(devices_, instrument, plan, options, archive, part, white_joints_),
+        done_(part.done) {}
 
   SessionResult run() {
     started_ = devices_.now();
-    points_done_ = static_cast<int>(part_.done.size());
-    for (const auto& [point, outcome] : part_.done) {
-      if (outcome == PointOutcome::Measured) ++result_.measured;
-    }
     try {
       measure();
     } catch (const devices::DeviceError& error) {
@@ -55,6 +59,7 @@ class Session {
       archive_.note(devices_.now(), "stopped", "the session was asked to stop");
     }
     result_.duration_s = seconds_since_start();
+    count_measured();
     return std::move(result_);
   }
 
@@ -62,20 +67,16 @@ class Session {
   void measure() {
     report("home");
     devices_.home_all();
+    checks_.compare_with_last_part(
+        [this](const std::string& why) { distrust(part_.unchecked, why); });
     report("dark");
     begin_subject(kDarkSubject);
     take_darks();
     report("white");
     take_white(WhiteVisit::opening);
-    for (int i = 0; i < static_cast<int>(plan_.points.size()); ++i) {
-      if (part_.done.contains(i)) continue;
-      if (paused()) return;
-      report("point");
-      begin_subject(kFirstPointSubject + static_cast<std::uint64_t>(i));
-      take_point(i);
-      ++points_done_;
-    }
-    if (paused()) return;
+    begin_subject(kSentinelSubject);
+    checks_.visit_sentinel({});
+    if (!take_points() || paused()) return;
     report("closing white");
     take_white(WhiteVisit::closing);
     report("park");
@@ -88,7 +89,56 @@ class Session {
     }
     archive_.finish(devices_.now());
     result_.finished = true;
+    count_measured();
     result_.complete = result_.measured == static_cast<int>(plan_.points.size());
+  }
+
+  /// Also those that become suspect, once more. False when asked to pause.
+  bool take_points() {
+    while (true) {
+      const int next = next_point();
+      const bool all_taken = next == static_cast<int>(plan_.points.size());
+      if (all_taken && (since_check_.empty() || !checks_.can_check())) return true;
+      if (paused()) return false;
+      if (all_taken || checks_.due(since_check_.size())) {
+        report("check");
+        begin_subject(kSentinelSubject);
+        checks_.check([this](const std::string& why) { distrust(since_check_, why); });
+        since_check_.clear();
+        continue;
+      }
+      report("point");
+      begin_subject(kFirstPointSubject + static_cast<std::uint64_t>(next));
+      take_point(next);
+      since_check_.push_back(next);
+    }
+  }
+
+  int next_point() const {
+    int next = 0;
+    while (done_.contains(next)) ++next;
+    return next;
+  }
+
+  /// Points that are not to be taken as good. They are measured again, but not for ever: one that
+  /// was measured again already stays, and is marked in what becomes of it.
+  void distrust(const std::vector<int>& points, const std::string& why) {
+    if (points.empty()) {
+      warn(why);
+      return;
+    }
+    archive_.note(devices_.now(), kSuspectNote, suspect_text(points, why));
+    result_.warnings.push_back(fmt::format("{} point(s) suspect: {}", points.size(), why));
+    for (const int point : points) {
+      if (taken_again_.insert(point).second) done_.erase(point);
+    }
+  }
+
+  void count_measured() {
+    result_.measured =
+        static_cast<int>(std::count_if(done_.begin(), done_.end(), [](const auto& point) {
+          return point.second == PointOutcome::Measured;
+        }));
   }
 
   void begin_subject(std::uint64_t subject) const {
@@ -127,6 +177,7 @@ class Session {
       record.channel = channel.name;
       const BracketResult found = take_bracket(devices_, instrument_, options_, regions,
                                                options_.first_exposure, record, archive_);
+      checks_.set_lit_monitor(channel.name, found.lowest_monitor);
       longest = std::max(longest, found.longest);
       if (found.dark_regions == found.regions) {
         const std::string text =
@@ -176,7 +227,8 @@ class Session {
     }
     point.finished_at = devices_.now();
     archive_.append(point);
-    if (point.outcome == PointOutcome::Measured) ++result_.measured;
+    done_[index] = point.outcome;
+    if (!flicker_.empty()) distrust({index}, std::exchange(flicker_, {}));
     result_.points.push_back(std::move(point));
   }
 
@@ -200,6 +252,10 @@ class Session {
       record.channel = channel.name;
       const BracketResult found =
           take_bracket(devices_, instrument_, options_, regions, start, record, archive_);
+      checks_.require_lit(channel.name, found.lowest_monitor);
+      if (flicker_.empty()) {
+        flicker_ = checks_.flicker(channel.name, found.lowest_monitor, found.highest_monitor);
+      }
       start = found.start;
       longest = std::max(longest, found.longest);
       all_saturated = all_saturated || found.saturated_regions == found.regions;
@@ -233,15 +289,12 @@ class Session {
     if (!progress_) return;
     SessionProgress now;
     now.phase = phase;
-    now.done = points_done_;
+    now.done = static_cast<int>(done_.size());
     now.total = static_cast<int>(plan_.points.size());
     now.elapsed_s = seconds_since_start();
-    // What is left is measured in the order of the plan.
-    int left = now.total - points_done_;
-    for (int i = now.total - 1; i >= 0 && left > 0; --i) {
-      if (part_.done.contains(i)) continue;
+    for (int i = 0; i < now.total; ++i) {
+      if (done_.contains(i)) continue;
       now.remaining_s += plan_.points[static_cast<std::size_t>(i)].predicted_s;
-      --left;
     }
     progress_(now);
   }
@@ -256,7 +309,11 @@ class Session {
   std::vector<devices::LightChannel> channels_;
   rig::Joints white_joints_;
   std::chrono::nanoseconds started_{0};
-  int points_done_ = 0;
+  TrustChecks checks_;
+  std::map<int, PointOutcome> done_;
+  std::vector<int> since_check_;  ///< points taken since the last check
+  std::set<int> taken_again_;     ///< suspects of this run
+  std::string flicker_;           ///< of the lamp, at the point under way; empty: none
   SessionResult result_;
 };
 
@@ -287,6 +344,10 @@ void SessionOptions::validate() const {
   require(white_mm > 0.0, "white_half_width_mm", white_mm, "above 0");
   require(white_patch_half_width_mm > 0.0, "white_patch_half_width_mm", white_patch_half_width_mm,
           "above 0");
+  require(sentinel_every >= 0 && sentinel_every <= 100000, "sentinel_every", sentinel_every,
+          "0 to 100000");
+  require(sentinel_interval.count() > 0, "sentinel_interval_min",
+          devices::to_seconds(sentinel_interval) / 60.0, "above 0");
   require(retries >= 0 && retries <= 100, "retries", retries, "0 to 100");
   require(move_timeout.count() > 0, "move_timeout_s", devices::to_seconds(move_timeout), "above 0");
 }

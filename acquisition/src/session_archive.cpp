@@ -123,8 +123,8 @@ devices::Frame shape_of(RowFields& fields) {
 FrameRecord frame_record(RowFields& fields, std::int64_t number) {
   FrameRecord record;
   record.id = number;
-  record.kind =
-      fields.name({FrameKind::dark, FrameKind::lamp_off, FrameKind::white, FrameKind::sample});
+  record.kind = fields.name({FrameKind::dark, FrameKind::lamp_off, FrameKind::white,
+                             FrameKind::sample, FrameKind::sentinel});
   record.point = fields.number<int>();
   record.channel = fields.text();
   record.joints = fields.angles();

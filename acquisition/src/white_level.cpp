@@ -7,6 +7,8 @@
 #include <map>
 #include <optional>
 
+#include "gonio/acquisition/trust_notes.h"
+#include "gonio/devices/clock.h"
 #include "gonio/errors/errors.h"
 #include "gonio/instrument/measurement_equation.h"
 
@@ -37,7 +39,7 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
       visits.back().frames[record.channel].push_back(&record);
     } else if (record.kind == FrameKind::lamp_off && record.point < 0 && open) {
       visits.back().lamp_off = &record;
-    } else if (record.kind == FrameKind::sample) {
+    } else if (record.kind == FrameKind::sample || record.kind == FrameKind::sentinel) {
       open = false;
     }
   }
@@ -64,6 +66,38 @@ std::vector<WhiteBridge> bridges_between(const std::vector<WhiteLevel::Visit>& v
   return bridges;
 }
 
+/// Of the parts in which the sentinel changed by more than twice what it is uncertain by.
+std::vector<WhiteLevel::Sentinel> telling_sentinels(const SessionReader& archive,
+                                                    const ColourLayout& colours,
+                                                    const SessionParts& parts, double u_monitor) {
+  const std::vector<SentinelVisit> visits = sentinel_visits(archive);
+  std::map<std::size_t, const SentinelVisit*> firsts;
+  std::set<std::size_t> telling;
+  std::vector<WhiteLevel::Sentinel> sentinels;
+  for (const SentinelVisit& visit : visits) {
+    const std::size_t part = parts.at(visit.at);
+    const SentinelVisit& first = *firsts.try_emplace(part, &visit).first->second;
+    WhiteLevel::Sentinel found{part, devices::to_seconds(visit.at), brdf::Rgb::Ones()};
+    bool whole = true;
+    for (int colour = 0; colour < 3; ++colour) {
+      const std::string& channel = colours.channels().at(colours.channel_of(colour));
+      const auto before = first.reading.find(channel);
+      const auto now = visit.reading.find(channel);
+      if (before == first.reading.end() || now == visit.reading.end()) {
+        whole = false;
+        continue;
+      }
+      const SentinelChange change = sentinel_change(before->second, now->second, u_monitor);
+      found.relative[colour] = 1.0 + change.relative;
+      if (std::abs(change.relative) > 2.0 * change.u) telling.insert(part);
+    }
+    const bool later = sentinels.empty() || sentinels.back().time_s < found.time_s;
+    if (whole && later) sentinels.push_back(found);
+  }
+  std::erase_if(sentinels, [&](const auto& each) { return !telling.contains(each.part); });
+  return sentinels;
+}
+
 struct Sums {
   double signal = 0.0;
   double expected = 0.0;
@@ -84,12 +118,51 @@ brdf::Rgb WhiteLevel::at(double time_s, std::size_t part) const {
       return each.part == after.part && before.part != after.part;
     });
     if (bridge != bridges.end() && bridge->is_applied()) {
-      return part < after.part ? before.constant : after.constant;
+      return carried(part < after.part ? before : after, time_s, part);
     }
     const double t = (time_s - before.time_s) / (after.time_s - before.time_s);
-    return before.constant + t * (after.constant - before.constant);
+    if (before.part != after.part) {
+      return before.constant + t * (after.constant - before.constant);
+    }
+    const brdf::Rgb from = before.constant / shape(before.time_s, part);
+    const brdf::Rgb to = after.constant / shape(after.time_s, part);
+    return (from + t * (to - from)) * shape(time_s, part);
   }
-  return visits.back().constant;
+  return carried(visits.back(), time_s, part);
+}
+
+brdf::Rgb WhiteLevel::carried(const Visit& visit, double time_s, std::size_t part) const {
+  if (visit.part != part) return visit.constant;
+  return visit.constant * shape(time_s, part) / shape(visit.time_s, part);
+}
+
+brdf::Rgb WhiteLevel::shape(double time_s, std::size_t part) const {
+  std::vector<const Sentinel*> own;
+  for (const Sentinel& each : sentinels) {
+    if (each.part == part) own.push_back(&each);
+  }
+  if (own.size() < 2) return brdf::Rgb::Ones();         // one has nothing to be compared with
+  const auto slope = [&](std::size_t i) -> brdf::Rgb {  // from i to i + 1
+    return (own[i + 1]->relative - own[i]->relative) / (own[i + 1]->time_s - own[i]->time_s);
+  };
+  if (time_s >= own.front()->time_s && time_s <= own.back()->time_s) {
+    std::size_t i = 0;
+    while (i + 2 < own.size() && own[i + 1]->time_s < time_s) ++i;
+    return own[i]->relative + (time_s - own[i]->time_s) * slope(i);
+  }
+  // Beyond them as it went most of the time: a step was once, a drift goes on.
+  brdf::Rgb usual;
+  for (int colour = 0; colour < 3; ++colour) {
+    std::vector<double> slopes;
+    for (std::size_t i = 0; i + 1 < own.size(); ++i) slopes.push_back(slope(i)[colour]);
+    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+    std::nth_element(slopes.begin(), middle, slopes.end());
+    usual[colour] = *middle;
+  }
+  const Sentinel& end = time_s < own.front()->time_s ? *own.front() : *own.back();
+  // What comes of an archive that somebody made up is still a number.
+  constexpr double kLeast = 0.1;
+  return (end.relative + (time_s - end.time_s) * usual).max(kLeast * end.relative);
 }
 
 double WhiteLevel::drift() const {
@@ -181,6 +254,7 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
                           "found none that can be used, expected at least one visit to the white");
   }
   level.bridges = bridges_between(level.visits, instrument.u_lamp_relative);
+  level.sentinels = telling_sentinels(archive, colours, parts, instrument.u_lamp_relative);
   return level;
 }
 

@@ -17,11 +17,20 @@ struct WhiteLevel {
     brdf::Rgb constant;  ///< per unit of lamp monitor
     brdf::Rgb relative_sigma;
   };
-  std::vector<Visit> visits;          ///< in time
+  /// How bright the light was at a sentinel, against the first of its part; colours as Visit.
+  struct Sentinel {
+    std::size_t part = 0;
+    double time_s = 0.0;
+    brdf::Rgb relative;
+  };
+  std::vector<Visit> visits;  ///< in time
+  /// Those of the parts in which they tell a change from noise; of other parts none.
+  std::vector<Sentinel> sentinels;
   std::vector<std::string> warnings;  ///< visits that cannot be used
   std::vector<WhiteBridge> bridges;   ///< from each part to the next
 
-  /// C over monitor at a time in a part: linear between visits, held outside. Across an
+  /// C over monitor at a time in a part: linear between visits, held outside; in a part with
+  /// sentinels it follows them between its visits, so that a step lies where it was. Across an
   /// interruption it is linear only when the whites before and after agree: else it changed at an
   /// unknown time, and each part has its own.
   brdf::Rgb at(double time_s, std::size_t part) const;
@@ -30,6 +39,13 @@ struct WhiteLevel {
   /// The largest change that may have happened to a point unseen: drift() or one while the session
   /// was interrupted. Relative, not negative.
   double largest_change() const;
+
+ private:
+  /// Of the light by the sentinels of a part: linear between them, outside with their median slope,
+  /// so that what lies between the whites and them drifts as the rest did. 1 without two.
+  brdf::Rgb shape(double time_s, std::size_t part) const;
+  /// C at a time that has no other visit beyond it in its part.
+  brdf::Rgb carried(const Visit& visit, double time_s, std::size_t part) const;
 };
 
 /// `parts`, `darks` as mean_darks(); a visit to the white that a kill has cut off does not count.

@@ -28,7 +28,8 @@ Joint::Joint(const rig::Axis& axis, const AxisOptions& options, std::uint64_t se
       homing_key_(random::make_key(seed, "axis.homing", index)),
       homings_(power_ups << 32U) {
   const double share = random::uniform(random::make_key(seed, "axis.power_up", index), power_ups);
-  const double start = axis.min.radians() + share * (axis.max - axis.min).radians();
+  const double start =
+      options.stands_at.value_or(axis.min + share * (axis.max - axis.min)).radians();
   segments_.push_back({Time(0), start, start, MotionProfile::braking(0.0, 1.0), start, Time(0),
                        Time(0), Time(0), 0.0});
 }
@@ -53,6 +54,8 @@ Joint::Time Joint::move_to(Angle target, Time now, std::optional<Pace> pace) {
 Joint::Time Joint::start_homing(Time now) {
   const std::lock_guard lock(mutex_);
   held_.reset();
+  before_homing_rad_ = state_at(now).motor_rad + slip_rad(now) + homing_error_rad_;
+  slip_found_ = slip_found_ || now >= options_.slips_at;
   return drive_to(home_.radians(), now, options_.index_search, limit_);
 }
 
@@ -60,6 +63,16 @@ void Joint::finish_homing() {
   const std::lock_guard lock(mutex_);
   homing_error_rad_ = options_.homing_sigma.radians() * random::normal(homing_key_, homings_++);
   held_ = home_;
+  stood_before_home_ = Angle::from_radians(before_homing_rad_ - homing_error_rad_);
+}
+
+std::optional<Angle> Joint::stood_before_home() const {
+  const std::lock_guard lock(mutex_);
+  return stood_before_home_;
+}
+
+double Joint::slip_rad(Time time) const {
+  return slip_found_ || time < options_.slips_at ? 0.0 : options_.slip.radians();
 }
 
 void Joint::brake(Time now) {
@@ -134,7 +147,7 @@ Angle Joint::true_angle(Time time) const {
   const std::lock_guard lock(mutex_);
   const State state = state_at(time);
   const double shaft = state.shaft_rad + state.ring_rad;
-  return Angle::from_radians(shaft + homing_error_rad_) + options_.zero_offset +
+  return Angle::from_radians(shaft + homing_error_rad_ + slip_rad(time)) + options_.zero_offset +
          options_.eccentricity_cos * std::cos(shaft) + options_.eccentricity_sin * std::sin(shaft);
 }
 

@@ -1,10 +1,24 @@
 #include "lamp_output.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "gonio/random/distributions.h"
 
 namespace gonio::sim {
+namespace {
+
+double factor_of(const LampEvent& event, devices::Clock::Duration time) {
+  if (time < event.at) return 1.0;
+  const double share =
+      event.over.count() == 0
+          ? 1.0
+          : std::min(1.0, devices::to_seconds(time - event.at) / devices::to_seconds(event.over));
+  return 1.0 + share * (event.factor - 1.0);
+}
+
+}  // namespace
+
 LampOutput::LampOutput(const LampOptions& options, std::uint64_t seed)
     : options_(options), walks_(options.channels.size()) {
   for (std::size_t channel = 0; channel < options.channels.size(); ++channel) {
@@ -13,6 +27,20 @@ LampOutput::LampOutput(const LampOptions& options, std::uint64_t seed)
 }
 
 double LampOutput::at(std::size_t channel, Time time) const {
+  double level = without_events(channel, time);
+  for (const LampEvent& event : options_.events) level *= factor_of(event, time);
+  return level;
+}
+
+double LampOutput::monitored(std::size_t channel, Time time) const {
+  double level = without_events(channel, time);
+  for (const LampEvent& event : options_.events) {
+    if (event.seen_by_monitor) level *= factor_of(event, time);
+  }
+  return level;
+}
+
+double LampOutput::without_events(std::size_t channel, Time time) const {
   const double since_on = devices::to_seconds(time) + devices::to_seconds(options_.on_before);
   const double warm = 1.0 - options_.warm_up_amplitude *
                                 std::exp(-since_on / devices::to_seconds(options_.warm_up_tau));

@@ -22,9 +22,12 @@ class LampOutput {
   LampOutput(const LampOptions& options, std::uint64_t seed);
 
   double at(std::size_t channel, Time time) const;
+  /// What the monitor sees of it.
+  double monitored(std::size_t channel, Time time) const;
 
  private:
   double drift(std::size_t channel, double seconds) const;
+  double without_events(std::size_t channel, Time time) const;
 
   LampOptions options_;
   std::vector<random::Key> keys_;  ///< per channel

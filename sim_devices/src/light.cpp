@@ -44,8 +44,9 @@ void SimLampMonitor::count_noise_from(std::uint64_t index) { readings_ = index; 
 
 double SimLampMonitor::read() {
   const int lit = light_.lit();
-  const double level =
-      lit == SimLightSource::kDark ? 0.0 : output_.at(static_cast<std::size_t>(lit), clock_.now());
+  const double level = lit == SimLightSource::kDark
+                           ? 0.0
+                           : output_.monitored(static_cast<std::size_t>(lit), clock_.now());
   return level + sigma_ * random::normal(key_, readings_++);
 }
 

@@ -65,6 +65,8 @@ void AxisOptions::validate(const std::string& axis) const {
   require_positive(field("ring_decay"), ring_decay);
   require_not_negative(field("ring_hz"), ring_hz);
   require_not_negative(field("index_search"), index_search);
+  if (stands_at) require_finite(field("stands_at"), stands_at->degrees());
+  require_finite(field("slip"), slip.degrees());
 }
 
 void MountOptions::validate(const std::string& target) const {
@@ -139,6 +141,13 @@ void LampOptions::validate() const {
   require_between("lamp.drift_sigma", drift_sigma, 0.0, 0.1);
   require_positive("lamp.drift_tau", drift_tau);
   require_not_negative("lamp.monitor_sigma", monitor_sigma);
+  for (const LampEvent& event : events) {
+    require_not_negative("lamp.events.factor", event.factor);
+    if (event.over.count() < 0) {
+      throw std::invalid_argument(
+          fmt::format("lamp.events.over: found {} ns, expected 0 or more", event.over.count()));
+    }
+  }
   require_not_negative("lamp.stray_fraction", stray_fraction);
   require_positive("lamp.radius_mm", radius_mm);
   require_between("lamp.polarisation", polarisation, 0.0, 1.0);

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "gonio/devices/homing_report.h"
 #include "gonio/devices/rotation_stage.h"
 #include "gonio/devices/stage_gate.h"
 #include "gonio/sim/joint.h"
@@ -12,7 +13,7 @@ namespace gonio::sim {
 /// The drive of one joint: homing, soft limits and the stop latch.
 ///
 /// A timeout is in virtual time and lets that time pass.
-class SimRotationStage final : public devices::RotationStage {
+class SimRotationStage final : public devices::RotationStage, public devices::HomingReport {
  public:
   /// Both must outlive the stage.
   SimRotationStage(const rig::Axis& axis, Joint& joint, VirtualClock& clock);
@@ -24,6 +25,7 @@ class SimRotationStage final : public devices::RotationStage {
   Angle wait_until_settled(std::chrono::milliseconds timeout) override;
   void stop() noexcept override;
   void rearm() override;
+  std::optional<Angle> stood_before_home() const override { return joint_.stood_before_home(); }
 
  private:
   void wait_for(devices::Clock::Duration settled, std::chrono::milliseconds timeout,

@@ -50,7 +50,8 @@ TEST_F(DryRun, TellsAsDataWhatTheSessionThenTakes) {
   const json found = data();
   EXPECT_EQ(found["refused"], false);
   EXPECT_EQ(found["points"], 5);
-  ASSERT_EQ(found["stops"].size(), 10U) << "home, dark, white, five points, white, park";
+  ASSERT_EQ(found["stops"].size(), 11U)
+      << "home, dark, white, five points, home for its delta, white, park";
   double last_s = 0.0;
   int frames = 0;
   for (const json& stop : found["stops"]) {

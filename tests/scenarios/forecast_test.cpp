@@ -93,9 +93,11 @@ class ForecastOf : public testing::TestWithParam<Case> {
     const rig::TravelModel travel(known_.rig);
     RigTimes times;
     times.change_s = devices::to_seconds(world_.change_time);
-    return forecast_session(known_, session_itinerary(travel, plan_, white_joints(known_.rig)),
-                            plan_, options_, sim::SimGoniometer(world_).camera().info(),
-                            light_of(world_), sample, times);
+    const Itinerary itinerary = with_session_checks(
+        travel, session_itinerary(travel, plan_, white_joints(known_.rig)), plan_, options_, true);
+    return forecast_session(known_, itinerary, plan_, options_,
+                            sim::SimGoniometer(world_).camera().info(), light_of(world_), sample,
+                            times);
   }
 
   sim::SimOptions world_;
@@ -127,7 +129,8 @@ TEST_P(ForecastOf, TellsASessionsDurationWithinFivePercent) {
       rig::TravelModel(known_.rig).seconds(known_.rig.home(), white_joints(known_.rig));
   EXPECT_NEAR(begins["point"] - begins["white"], expected["white"] + first_way_s, 1.0);
   EXPECT_NEAR(begins["park"] - begins["point"],
-              expected["points"] + expected["travel"] - first_way_s + expected["closing white"],
+              expected["points"] + expected["checks"] + expected["travel"] - first_way_s +
+                  expected["closing white"],
               kBar * (begins["park"] - begins["point"]));
   const SessionReader reader(folder.path() / "session");
   const auto frames = static_cast<double>(reader.frames().size());

@@ -27,6 +27,8 @@ constexpr std::array<Loss, 4> kLosses{Loss::nothing, Loss::unsynced, Loss::at_ra
 
 class KillSweep : public SteadySession {
  protected:
+  KillSweep() { options_.sentinel_every = 5; }
+
   /// Whether a session had begun at all: what it is to do stands in the archive.
   static bool begun(const std::filesystem::path& folder) {
     try {

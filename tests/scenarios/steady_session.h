@@ -98,12 +98,16 @@ class SteadySession : public testing::Test {
     sim::SimOptions later = world_;
     later.begins_at = state.may_begin_at + outage_;
     later.power_ups = static_cast<std::uint64_t>(state.parts);
+    later.axes.resize(later.rig.axes.size());
+    // Where it was left, but for what a test says happened meanwhile.
+    for (std::size_t i = 0; i < state.last_joints.size(); ++i) {
+      later.axes[i].stands_at =
+          state.last_joints[i] + (i == kTurnedAxis ? turned_meanwhile_ : Angle());
+    }
     sim::SimGoniometer world(later);
     acquisition::SessionWriter archive = acquisition::SessionWriter::resume(
         folder, std::move(lock), later.begins_at, world.clock().now(), "in a test");
-    acquisition::SessionPart part;
-    part.done = state.done;
-    return run(world, archive, progress, part);
+    return run(world, archive, progress, acquisition::part_to_resume(state));
   }
 
   std::string samples_of(const std::filesystem::path& folder) const {
@@ -115,6 +119,8 @@ class SteadySession : public testing::Test {
   }
 
   sim::SimOptions world_ = steady_world();
+  static constexpr std::size_t kTurnedAxis = 1;
+  Angle turned_meanwhile_;  ///< one axis, while a session is interrupted
   std::chrono::seconds outage_{100};
   instrument::Instrument known_ = nominal_instrument(steady_world());
   acquisition::MeasurementPlan plan_ = plan_of(known_, kTwelveDirections);

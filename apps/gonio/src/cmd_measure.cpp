@@ -22,6 +22,8 @@
 namespace gonio::cli {
 namespace {
 
+constexpr int kAsTheRigFileSays = -1;
+
 struct MeasureOptions {
   std::string rig;
   std::string plan;
@@ -33,6 +35,7 @@ struct MeasureOptions {
   std::string material;
   std::string expect;
   SessionLabels labels;
+  int sentinel_every = kAsTheRigFileSays;
   std::optional<std::uint64_t> seed;
   bool dry_run = false;
   bool json = false;
@@ -180,6 +183,9 @@ int measure(Context& context, const MeasureOptions& options) {
   }
   SessionSetup session;
   session.rig = read_rig_file(options.rig);
+  if (options.sentinel_every != kAsTheRigFileSays) {
+    session.rig.session.sentinel_every = options.sentinel_every;
+  }
   session.instrument = instrument_of(session.rig, options.calibration);
   session.calibration = session_calibration(session.rig, options.calibration);
   session.accept_calibration = options.accept_calibration;
@@ -232,6 +238,9 @@ void add_measure(const Command& root) {
   command.seed(options->seed, "Of the simulated world (default 1)");
   command.flag("--skip-unreachable", options->skip_unreachable,
                "Leave out directions the rig cannot measure");
+  command.integer("--sentinel-every", options->sentinel_every, 0, 100000,
+                  "Points between checks of home marks and of the sentinel, a fixed pose on the "
+                  "sample; 0: none (default: the rig file's)");
   command.flag("--simulate", options->simulate,
                "Run in a simulated world although the rig file names devices");
   command.flag("--yes", options->yes, "Do not ask before going on");

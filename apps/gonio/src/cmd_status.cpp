@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "command.h"
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/console/printable.h"
 #include "gonio/samples/csv.h"
 #include "json_text.h"
@@ -52,6 +53,21 @@ std::optional<std::size_t> planned_points(const acquisition::SessionReader& arch
   return points;
 }
 
+std::vector<int> suspect_list(const std::map<int, std::string>& suspects) {
+  std::vector<int> points;
+  for (const auto& suspect : suspects) points.push_back(suspect.first);
+  return points;
+}
+
+/// The text of the last note of a kind; empty: none.
+std::string last_note(const acquisition::SessionReader& archive, const std::string& kind) {
+  std::string text;
+  for (const acquisition::SessionNote& note : archive.notes()) {
+    if (note.kind == kind) text = note.text;
+  }
+  return text;
+}
+
 int status(Context& context, const StatusOptions& options) {
   const std::filesystem::path folder(options.session);
   if (!std::filesystem::exists(folder / "session.sqlite")) {
@@ -65,6 +81,7 @@ int status(Context& context, const StatusOptions& options) {
   // A point that was measured again counts as it ended last.
   std::map<int, acquisition::PointOutcome> outcomes;
   for (const auto& point : archive.points()) outcomes[point.point] = point.outcome;
+  const std::map<int, std::string> suspects = acquisition::suspect_points(archive);
   const auto measured = std::count_if(outcomes.begin(), outcomes.end(), [](const auto& point) {
     return point.second == acquisition::PointOutcome::Measured;
   });
@@ -73,13 +90,23 @@ int status(Context& context, const StatusOptions& options) {
   const char* state = session_state(archive, writer.has_value());
   if (options.json) {
     const nlohmann::ordered_json result = {
-        {"state", state},   {"points", points},           {"measured", measured},
-        {"frames", frames}, {"damage", archive.damage()}, {"metadata", archive.metadata()}};
+        {"state", state},
+        {"points", points},
+        {"measured", measured},
+        {"frames", frames},
+        {"damage", archive.damage()},
+        {"metadata", archive.metadata()},
+        {"suspects", suspect_list(suspects)},
+        {"home_delta", last_note(archive, acquisition::kHomeDeltaNote)}};
     context.console.result(json_text(result));
   } else {
     std::string text =
         fmt::format("state            {}\n", session_state_text(state, folder, writer));
-    text += fmt::format("points           {}, {} measured\n", points, measured);
+    text += fmt::format("points           {}, {} measured{}\n", points, measured,
+                        suspects.empty() ? "" : fmt::format(", {} suspect", suspects.size()));
+    for (const auto& [point, why] : suspects) {
+      text += fmt::format("suspect          point {}: {}\n", point, printable_line(why));
+    }
     for (const auto& [kind, count] : frames)
       text += fmt::format("frames           {:4} {}\n", count, kind);
     text +=

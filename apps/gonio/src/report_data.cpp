@@ -107,6 +107,14 @@ report::ReportData session_report(const StoredSession& session) {
   if (!archive.finished()) data.warnings.emplace_back("The session was interrupted.");
   for (const acquisition::SessionNote& note : archive.notes()) {
     if (note.kind == "warning") data.warnings.push_back(note.text);
+    if (note.kind == acquisition::kSuspectNote) {
+      data.warnings.push_back("Suspect at " +
+                              fmt::format("{:.0f} s, ", devices::to_seconds(note.at)) + note.text);
+    }
+    const bool larger = note.text.find("more than the usual") != std::string::npos;
+    if (note.kind == acquisition::kHomeDeltaNote && larger) {
+      data.warnings.push_back("Home delta: " + note.text);
+    }
   }
   return data;
 }

@@ -166,6 +166,20 @@ double lower_bound(const SessionSetup& session, double travel_s) {
   return rig::travel_lower_bound(travel, ends, stops, travel_s, ends);
 }
 
+/// From the opening white over the points to the closing one, without the ways to checks.
+double points_travel_s(const rig::RigDescription& rig, const acquisition::Itinerary& itinerary) {
+  const rig::TravelModel travel(rig);
+  double sum_s = 0.0;
+  const acquisition::PlannedVisit* before = nullptr;
+  for (const acquisition::PlannedVisit& visit : itinerary.visits) {
+    const bool white = visit.kind == acquisition::VisitKind::white;
+    if (!visit.point && !white) continue;
+    if (before) sum_s += travel.seconds(before->pose.joints, visit.pose.joints);
+    before = &visit;
+  }
+  return sum_s;
+}
+
 Check order_check(const SessionPreflight& preflight) {
   const double more = preflight.points_travel_s - preflight.lower_bound_s;
   constexpr double kWorthSaying = 0.05;
@@ -196,12 +210,7 @@ SessionPreflight preflight_session(const acquisition::DeviceSet& devices,
   std::vector<Check>& checks = result.found.checks;
   checks.insert(checks.begin(), before.begin(), before.end());
   if (result.found.itinerary) {
-    bool at_points = false;
-    for (const acquisition::PlannedVisit& visit : result.found.itinerary->visits) {
-      at_points = at_points || visit.point;
-      const bool parks = visit.kind == acquisition::VisitKind::park;
-      if (at_points && !parks) result.points_travel_s += visit.travel_s;
-    }
+    result.points_travel_s = points_travel_s(session.instrument.rig, *result.found.itinerary);
     result.lower_bound_s = lower_bound(session, result.points_travel_s);
     checks.push_back(order_check(result));
   }

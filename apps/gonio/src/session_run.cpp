@@ -142,6 +142,10 @@ std::unique_ptr<OpenedRig> open_simulated(const SessionSetup& session,
   if (resumed) {
     world.begins_at = resumed->state.may_begin_at + resumed->outage;
     world.power_ups = static_cast<std::uint64_t>(resumed->state.parts);
+    // Nobody has turned the axes meanwhile.
+    for (std::size_t i = 0; i < resumed->state.last_joints.size() && i < world.axes.size(); ++i) {
+      world.axes[i].stands_at = resumed->state.last_joints[i];
+    }
   }
   return open_simulated_rig(world);
 }
@@ -227,7 +231,7 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                             {kCalibrationText, calibration}});
   archive.observe(monitor);
   acquisition::SessionPart part;
-  if (resumed) part.done = resumed->state.done;
+  if (resumed) part = acquisition::part_to_resume(resumed->state);
   reserve.emplace(session, preflight, devices.camera->info(), points_done);
   part.pause = std::move(pause);
   acquisition::SessionResult result =

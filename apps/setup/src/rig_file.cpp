@@ -218,6 +218,10 @@ void visit_session(ConfigVisitor& v, RigFile& file) {
     v.number("relative_sigma", session.relative_sigma, {1e-5, 0.99}, "wanted at the dimmest spot");
     v.integer("white_frames", session.white_frames, {1, 1000}, "per channel, opening and closing");
     v.integer("dark_frames", session.dark_frames, {1, 1000}, "");
+    v.integer("sentinel_every", session.sentinel_every, {0, 100000},
+              "points between checks of home marks and sentinel; 0: none");
+    v.duration("sentinel_interval_min", session.sentinel_interval, 60.0, {0.1, 1e5},
+               "time after which there is one all the same");
     v.integer("retries", session.retries, {0, 100}, "of a failed device call");
     v.duration("move_timeout_s", session.move_timeout, 1.0, {0.1, 1e5}, "");
   });

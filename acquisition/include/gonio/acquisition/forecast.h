@@ -73,7 +73,8 @@ struct ForecastPoint {
 /// How long a session takes, of what, and how many frames it writes.
 struct Forecast {
   struct Part {
-    std::string name;  ///< "home", "dark", "white", "travel", "points", "closing white", "park"
+    std::string name;  ///< "home", "dark", "white", "travel", "points", "checks", "closing white",
+                       ///< "park"; the sentinel's first reading is of "white"
     Estimate seconds;
   };
   std::vector<Part> parts;  ///< that add up to the expected total

@@ -44,11 +44,19 @@ struct Itinerary {
 /// none.
 rig::Joints white_joints(const rig::RigDescription& rig);
 
-/// What run_session() does: home, darks, opening white, the plan's points in its order, closing
-/// white, park. `white` is the pose of the white reference. Throws PreflightError naming the stop
-/// when keep-outs bar every known way to one.
+/// What run_session() does but for its checks: home, darks, opening white, the plan's points in its
+/// order, closing white, park. `white` is the pose of the white reference. Throws PreflightError
+/// naming the stop when keep-outs bar every known way to one.
 Itinerary session_itinerary(const rig::TravelModel& travel, const MeasurementPlan& plan,
                             const rig::Joints& white);
+
+/// With what run_session() looks at in between: the sentinel behind the opening white, and where
+/// SessionOptions::sentinel_every and the end of the points ask for it, home marks (`home_checks`:
+/// an axis tells its home delta) and the sentinel. The sentinel's pose is the white's. Throws
+/// PreflightError when keep-outs bar the way there.
+Itinerary with_session_checks(const rig::TravelModel& travel, const Itinerary& itinerary,
+                              const MeasurementPlan& plan, const SessionOptions& options,
+                              bool home_checks);
 
 /// A check that comes again and again between the points: a sentinel, a white in between.
 struct PeriodicCheck {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "gonio/acquisition/session.h"
 #include "gonio/acquisition/session_archive.h"
 
 namespace gonio::acquisition {
@@ -17,10 +18,18 @@ struct ResumeState {
   std::map<int, PointOutcome> done;
   std::vector<std::string> again;  ///< acknowledged points that are, and why, a line each
   std::chrono::nanoseconds may_begin_at{
-      0};         ///< just after the latest of the journal, session clock
-  int parts = 1;  ///< so far: 1 and one for each time it was resumed
+      0};                      ///< just after the latest of the journal, session clock
+  rig::Joints last_joints;     ///< of the last frame; empty: none
+  std::vector<int> unchecked;  ///< of `done`, since the axes were last compared with home
+  SentinelReading sentinel;    ///< the session's first; empty: none
+  int parts = 1;               ///< so far: 1 and one for each time it was resumed
 };
 
+/// Points that a check of the session suspects, and that were not measured again since, are not
+/// done.
 ResumeState resume_state(const SessionReader& archive);
+
+/// What run_session() has to know of it.
+SessionPart part_to_resume(const ResumeState& state);
 
 }  // namespace gonio::acquisition

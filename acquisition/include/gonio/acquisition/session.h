@@ -13,6 +13,7 @@
 
 #include "gonio/acquisition/measurement_plan.h"
 #include "gonio/acquisition/session_archive.h"
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/devices/camera.h"
 #include "gonio/devices/clock.h"
 #include "gonio/devices/light_source.h"
@@ -66,7 +67,12 @@ struct SessionOptions {
   std::optional<double> white_half_width_mm;  ///< in the sample plane; none: the sample's
   Eigen::Vector2d white_patch_mm{34.0, 0.0};  ///< centre of the in-frame patch, sample frame
   double white_patch_half_width_mm = 3.0;     ///< of the part to use, clear of its edge
-  int retries = 2;                            ///< of a failed device call, per point
+  /// After so many points, and after such a time: axes are homed again and compared with their
+  /// marks, and the sentinel, a fixed pose on the sample, with its reading before. 0: none. A
+  /// session that would end before the first has none either.
+  int sentinel_every = 20;
+  std::chrono::nanoseconds sentinel_interval = std::chrono::minutes(30);
+  int retries = 2;  ///< of a failed device call, per point
   std::chrono::milliseconds move_timeout = std::chrono::minutes(2);
 
   /// Throws PreflightError naming the field and its value.
@@ -75,7 +81,7 @@ struct SessionOptions {
 
 /// What a session tells while it runs; called on the session's thread.
 struct SessionProgress {
-  std::string phase;  ///< "home", "dark", "white", "point", "closing white", "park"
+  std::string phase;  ///< "home", "dark", "white", "point", "check", "closing white", "park"
   int done = 0;       ///< points finished
   int total = 0;
   double elapsed_s = 0.0;  ///< session clock
@@ -94,6 +100,9 @@ struct SessionResult {
 /// A session that does not begin at its beginning, or may not come to its end.
 struct SessionPart {
   std::map<int, PointOutcome> done;  ///< points not to be measured again
+  rig::Joints last_joints;           ///< read back last before an interruption; empty: none was
+  std::vector<int> unchecked;        ///< of `done`, since the axes were last compared with home
+  SentinelReading sentinel;          ///< the first of the session; empty: none yet
   std::stop_token pause;             ///< asks to end once the point under way is acknowledged
 };
 
@@ -107,6 +116,11 @@ void check_before_motion(const DeviceSet& devices, const instrument::Instrument&
 /// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before
 /// the check has passed. Every exit path, also an exception, stops all axes and closes the shutter.
 ///
+/// Trust    Where axes can tell (devices::HomingReport), they are homed again in the course and at
+/// the
+///          end and compared with their marks; longer sessions look at a sentinel as well. Points
+///          since the last good check are suspect when one fails (a note), and measured again,
+///          once. A lamp that goes off by its monitor ends the session with a Fault, to be resumed.
 /// Again    With points `part` says are done, it does all this but for those points: new darks and
 ///          an opening white of their own come before the rest (resume_state()).
 /// Threads  Blocks; `stop` may be requested from any thread: the point under way is abandoned, the

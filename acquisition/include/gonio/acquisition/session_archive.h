@@ -22,7 +22,8 @@ namespace gonio::acquisition {
 ///   lamp_off  shutter closed at a point's own pose and exposure: ambient light and dark current
 ///   white     white reference in the sample plane (or its in-frame patch) at a reference pose
 ///   sample    the sample
-enum class FrameKind { dark, lamp_off, white, sample };
+///   sentinel  the sample at one pose of its own, again and again; without channel: its background
+enum class FrameKind { dark, lamp_off, white, sample, sentinel };
 
 std::string_view to_string(FrameKind kind);
 

@@ -44,6 +44,8 @@ class Joint {
   /// Drives to the home mark and searches it. finish_homing() redefines the zero at its end.
   Time start_homing(Time now);
   void finish_homing();
+  /// Where it stood when the last homing began, by the zero that it found. Nothing before.
+  std::optional<Angle> stood_before_home() const;
 
   void brake(Time now);
 
@@ -78,6 +80,7 @@ class Joint {
 
   const Segment& segment_at(Time time) const;
   State state_at(Time time) const;
+  double slip_rad(Time time) const;
   void append(const MotionProfile& profile, double end_rad, Time start, Time search, Time settle,
               bool rings);
   void brake_locked(Time now);
@@ -96,6 +99,9 @@ class Joint {
   std::uint64_t moves_ = 0;
   std::uint64_t homings_ = 0;
   double homing_error_rad_ = 0.0;
+  bool slip_found_ = false;         ///< by the homing under way, or one before
+  double before_homing_rad_ = 0.0;  ///< of the homing under way, true but for zero_offset
+  std::optional<Angle> stood_before_home_;
 };
 
 }  // namespace gonio::sim

@@ -40,6 +40,12 @@ struct AxisOptions {
   std::chrono::milliseconds ring_decay{40};  ///< to 1/e
   double ring_hz = 15.0;
   std::chrono::milliseconds index_search{2000};  ///< of homing, beside the way there
+  /// Where the encoder says it stands when it is switched on; none: anywhere.
+  std::optional<Angle> stands_at;
+  /// From `slips_at` on (session clock) the shaft is off by this, unseen by the encoder, until the
+  /// next homing: lost steps, or a coupling that slipped.
+  Angle slip;
+  std::chrono::nanoseconds slips_at{0};
 
   void validate(const std::string& axis) const;
 };
@@ -117,6 +123,15 @@ struct LampChannelOptions {
   brdf::Rgb intensity_w_per_sr;  ///< along the lamp's axis, in the R, G and B band
 };
 
+/// Something that happens to the light. From `at` on it goes over to `factor` times what it was, in
+/// a straight line that takes `over`, and stays there.
+struct LampEvent {
+  std::chrono::nanoseconds at{0};  ///< session clock
+  std::chrono::nanoseconds over{0};
+  double factor = 1.0;
+  bool seen_by_monitor = true;  ///< false: something in the path beside the monitor's
+};
+
 /// The lamp: E(x) = I field(u) g(t) cos(theta_i) / r^2.
 struct LampOptions {
   std::vector<LampChannelOptions> channels = rgb_channels();
@@ -132,6 +147,8 @@ struct LampOptions {
   std::chrono::seconds on_before{3600};
   double drift_sigma = 0.002;
   std::chrono::seconds drift_tau{600};
+
+  std::vector<LampEvent> events;
 
   double monitor_sigma = 0.0005;  ///< of one reading; g = 1 reads 1
 

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "gonio/acquisition/session_archive.h"
+
+namespace gonio::acquisition {
+
+/// Kinds of the notes by which a session says how far it may be trusted (docs/formats.md). What was
+/// measured is never changed by them: readers put them together with the rows.
+inline constexpr const char* kHomeDeltaNote = "home delta";
+inline constexpr const char* kSentinelNote = "sentinel";
+inline constexpr const char* kSuspectNote = "suspect";
+
+/// One channel of one visit to the sentinel, the fixed pose on the sample.
+struct SentinelLevel {
+  double level_dn_per_s = 0.0;  ///< mean over the sample, per unit of lamp monitor, background off
+  double relative_sigma = 0.0;  ///< of its own noise, k = 1
+  std::chrono::nanoseconds exposure{0};
+};
+
+/// By lamp channel.
+using SentinelReading = std::map<std::string, SentinelLevel>;
+
+/// What may differ between two readings though nothing happened, beside their own noise: the pose
+/// that is gone to again. Relative, k = 1, of one reading.
+inline constexpr double kSentinelRepeatability = 0.001;
+
+/// Lit ones, per channel and visit.
+inline constexpr int kSentinelFrames = 2;
+
+/// Later over earlier.
+struct SentinelChange {
+  double relative = 0.0;  ///< minus 1
+  double u = 0.0;         ///< k = 1
+};
+
+/// `u_monitor`: of one reading of the lamp monitor, relative. Levels must be above 0.
+SentinelChange sentinel_change(const SentinelLevel& earlier, const SentinelLevel& later,
+                               double u_monitor);
+
+std::string sentinel_text(const SentinelReading& reading);
+/// Nothing for a text that is none: the journal is not trusted.
+std::optional<SentinelReading> sentinel_from_text(std::string_view text);
+
+struct SentinelVisit {
+  std::chrono::nanoseconds at{0};
+  SentinelReading reading;
+};
+/// In time.
+std::vector<SentinelVisit> sentinel_visits(const SessionReader& archive);
+
+std::string suspect_text(const std::vector<int>& points, const std::string& why);
+/// Points whose last row lies before a note that suspects them, and why.
+std::map<int, std::string> suspect_points(const SessionReader& archive);
+
+}  // namespace gonio::acquisition

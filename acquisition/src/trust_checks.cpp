@@ -1,0 +1,242 @@
+#include "trust_checks.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "gonio/devices/homing_report.h"
+#include "session_checks.h"
+#include "standing_capture.h"
+
+namespace gonio::acquisition {
+namespace {
+
+/// Of the monitor's reading at the white. Lamps age and drift by less; a dark monitor reads less.
+constexpr double kLitFraction = 0.5;
+/// Of the monitor within one bracket, relative. It reads steady light to a tenth of that.
+constexpr double kLargestFlicker = 0.03;
+
+const devices::HomingReport* homing_report(const devices::RotationStage* stage) {
+  return dynamic_cast<const devices::HomingReport*>(stage);
+}
+
+}  // namespace
+
+TrustChecks::TrustChecks(GuardedDevices& devices, const instrument::Instrument& instrument,
+                         const MeasurementPlan& plan, const SessionOptions& options,
+                         SessionWriter& archive, const SessionPart& part,
+                         const rig::Joints& sentinel_pose)
+    : devices_(devices),
+      instrument_(instrument),
+      options_(options),
+      archive_(archive),
+      part_(part),
+      pose_(sentinel_pose) {
+  tells_home_delta_ = tells_home_delta(devices.devices());
+  // A plan read back from an archive does not tell its time, but the part before had sentinels.
+  sentinel_on_ =
+      has_sentinel(plan, options) || (options.sentinel_every > 0 && !part.sentinel.empty());
+  for (const auto& [channel, level] : part.sentinel) exposures_[channel] = level.exposure;
+}
+
+bool TrustChecks::due(std::size_t points_since) const {
+  if (!sentinel_on_ || points_since == 0) return false;
+  return points_since >= static_cast<std::size_t>(options_.sentinel_every) ||
+         devices_.now() - last_check_ >= options_.sentinel_interval;
+}
+
+void TrustChecks::compare_with_last_part(const Distrust& distrust) {
+  last_check_ = devices_.now();
+  if (part_.last_joints.size() != devices_.devices().stages.size()) return;
+  note_deltas(part_.last_joints, true, distrust);
+}
+
+void TrustChecks::check(const Distrust& distrust) {
+  if (tells_home_delta_) check_home(distrust);
+  if (sentinel_on_) visit_sentinel(distrust);
+  last_check_ = devices_.now();
+}
+
+void TrustChecks::check_home(const Distrust& distrust) {
+  // From home by their count the axes have no way to search that could meet a keep-out.
+  const rig::Joints believed = devices_.move_to(instrument_.rig.home());
+  devices_.home_all();
+  note_deltas(believed, false, distrust);
+}
+
+void TrustChecks::note_deltas(const rig::Joints& believed, bool after_outage,
+                              const Distrust& distrust) {
+  std::vector<std::string> texts;
+  std::vector<std::string> lost;
+  const auto& stages = devices_.devices().stages;
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    const devices::HomingReport* report = homing_report(stages[i]);
+    const std::optional<Angle> stood = report ? report->stood_before_home() : std::nullopt;
+    if (!stood) {
+      texts.push_back(stages[i]->name() + " does not tell");
+      continue;
+    }
+    const Angle delta = *stood - believed[i];
+    texts.push_back(fmt::format("{} {:+.4f} deg", stages[i]->name(), delta.degrees()));
+    if (after_outage && abs(delta) > kWasOnItsWay) {
+      texts.back() += ", was on its way or turned meanwhile";
+    } else if (abs(delta) > kLargestHomeDelta) {
+      lost.push_back(
+          fmt::format("axis {} was off its count by {:+.4f} deg at its home mark, "
+                      "expected within {:g} deg; it is homed anew",
+                      stages[i]->name(), delta.degrees(), kLargestHomeDelta.degrees()));
+    } else if (abs(delta) > kUsualHomeDelta) {
+      texts.back() += fmt::format(", more than the usual {:g} deg", kUsualHomeDelta.degrees());
+    }
+  }
+  if (!lost.empty()) distrust(fmt::format("{}", fmt::join(lost, "; ")));
+  archive_.note(
+      devices_.now(), kHomeDeltaNote,
+      fmt::format("{}{}", after_outage ? "over the interruption: " : "", fmt::join(texts, "; ")));
+}
+
+void TrustChecks::visit_sentinel(const Distrust& distrust) {
+  if (!sentinel_on_) return;
+  const std::optional<SentinelReading> reading = read_sentinel();
+  if (!reading) {
+    sentinel_on_ = false;
+    archive_.note(devices_.now(), "warning",
+                  "the sample is too dark at the sentinel's pose: no sentinels in this session");
+    return;
+  }
+  compare_sentinel(*reading, distrust);
+  archive_.note(devices_.now(), kSentinelNote, sentinel_text(*reading));
+  last_ = SentinelVisit{devices_.now(), *reading};
+}
+
+std::optional<SentinelReading> TrustChecks::read_sentinel() {
+  devices_.move_to(pose_);
+  // The pixels of the pose itself: those of what was read back would differ at the edges.
+  const Regions regions = regions_of(instrument_, rig::forward(instrument_.rig, pose_),
+                                     Eigen::Vector2d::Zero(), options_.sample_half_width_mm, 1);
+  if (regions.empty()) return std::nullopt;
+  SentinelReading reading;
+  for (const devices::LightChannel& channel : devices_.devices().light->channels()) {
+    devices_.light(channel.name);
+    if (!exposures_.contains(channel.name)) {
+      FrameRecord record;
+      record.kind = FrameKind::sentinel;
+      record.channel = channel.name;
+      const BracketResult found = take_bracket(devices_, instrument_, options_, regions,
+                                               options_.first_exposure, record, archive_);
+      if (found.dark_regions == found.regions || found.saturated_regions > 0) return std::nullopt;
+      exposures_[channel.name] = found.start;
+    }
+    reading[channel.name] =
+        read_channel(channel.name, exposures_.at(channel.name), regions.front());
+  }
+  for (const auto& [channel, level] : reading) {
+    // A sentinel that went dark is no reading to go on with: the lamp is off without a monitor, or
+    // something stands in the light.
+    if (level.level_dn_per_s > 0.0) continue;
+    throw devices::DeviceError(
+        devices::DeviceErrc::Fault, devices_.devices().light->name(),
+        fmt::format("the sentinel is dark in channel {}: is the lamp on?", channel));
+  }
+  return reading;
+}
+
+SentinelLevel TrustChecks::read_channel(const std::string& channel,
+                                        std::chrono::nanoseconds exposure,
+                                        const std::vector<std::size_t>& pixels) {
+  const instrument::SensorModel& sensor = instrument_.sensor;
+  const auto mean_dn = [&](const devices::Frame& frame) {
+    double sum = 0.0;
+    for (const std::size_t pixel : pixels) {
+      sum += sensor.response.linear_dn(frame.pixels_dn[pixel] - frame.black_level_dn);
+    }
+    return sum / static_cast<double>(pixels.size());
+  };
+  FrameRecord record;
+  record.kind = FrameKind::sentinel;
+  record.channel = channel;
+  devices_.light(channel);
+  double lit_dn = 0.0;
+  double monitor = 0.0;
+  for (int i = 0; i < kSentinelFrames; ++i) {
+    FrameRecord own = record;
+    const devices::Frame frame = capture_standing(devices_, exposure, own);
+    own.monitor = devices_.read_monitor();
+    require_lit(channel, own.monitor);
+    lit_dn += mean_dn(frame) / kSentinelFrames;
+    monitor += own.monitor / kSentinelFrames;
+    archive_.append(std::move(own), frame);
+  }
+  devices_.close_shutter();
+  FrameRecord dark = record;
+  dark.channel.clear();
+  const devices::Frame frame = capture_standing(devices_, exposure, dark);
+  const double dark_dn = mean_dn(frame);
+  archive_.append(std::move(dark), frame);
+
+  const double signal_dn = lit_dn - dark_dn;
+  const double read_dn = sensor.gain_dn_per_e * sensor.read_noise_e;
+  const double read_variance = read_dn * read_dn + 1.0 / 12.0;
+  const double lit_variance = read_variance + sensor.gain_dn_per_e * std::max(0.0, lit_dn);
+  const double dark_variance = read_variance + sensor.gain_dn_per_e * std::max(0.0, dark_dn);
+  SentinelLevel level;
+  level.exposure = exposure;
+  if (!(signal_dn > 0.0)) return level;
+  // A channel that its monitor does not see is compared as it is.
+  const double divisor = lit_monitor_.contains(channel) ? monitor : 1.0;
+  level.level_dn_per_s =
+      signal_dn / (devices::to_seconds(exposure) + sensor.shutter_offset_s) / divisor;
+  level.relative_sigma = std::sqrt((lit_variance / kSentinelFrames + dark_variance) /
+                                   static_cast<double>(pixels.size())) /
+                         signal_dn;
+  return level;
+}
+
+void TrustChecks::compare_sentinel(const SentinelReading& reading, const Distrust& distrust) {
+  if (!last_) return;  // over an interruption the whites are compared too, by the reduction
+  const double dt_s = devices::to_seconds(devices_.now() - last_->at);
+  std::vector<std::string> steps;
+  for (const auto& [channel, level] : reading) {
+    const auto before = last_->reading.find(channel);
+    if (before == last_->reading.end()) continue;
+    const SentinelChange change =
+        sentinel_change(before->second, level, instrument_.u_lamp_relative);
+    // What drifts evenly is no step: the whites and sentinels about a point tell its level.
+    const double beyond_drift = change.relative - slope_per_s_[channel] * dt_s;
+    slope_per_s_[channel] = change.relative / dt_s;
+    const double limit = kStepSigmas * change.u;
+    if (std::abs(change.relative) <= limit || std::abs(beyond_drift) <= limit) continue;
+    steps.push_back(
+        fmt::format("the sentinel changed by {:+.2f} % in channel {} since the last "
+                    "check, expected within {:.2f} %",
+                    100.0 * change.relative, channel, 100.0 * limit));
+  }
+  if (!steps.empty()) distrust(fmt::format("{}", fmt::join(steps, "; ")));
+}
+
+void TrustChecks::set_lit_monitor(const std::string& channel, double reading) {
+  // A monitor that is blind to a channel, or none: nothing can be told from it.
+  constexpr double kBlind = 0.02;
+  if (reading > kBlind) lit_monitor_[channel] = reading;
+}
+
+void TrustChecks::require_lit(const std::string& channel, double lowest_reading) const {
+  const auto lit = lit_monitor_.find(channel);
+  if (lit == lit_monitor_.end() || lowest_reading >= kLitFraction * lit->second) return;
+  throw devices::DeviceError(
+      devices::DeviceErrc::Fault, devices_.devices().light->name(),
+      fmt::format("its monitor reads {:.3f} in channel {}, {:.3f} at the white: is the lamp on?",
+                  lowest_reading, channel, lit->second));
+}
+
+std::string TrustChecks::flicker(const std::string& channel, double lowest_reading,
+                                 double highest_reading) const {
+  if (!lit_monitor_.contains(channel)) return {};
+  if (highest_reading <= (1.0 + kLargestFlicker) * lowest_reading) return {};
+  return fmt::format("the lamp monitor read {:.3f} to {:.3f} in channel {}, expected within {:g} %",
+                     lowest_reading, highest_reading, channel, 100.0 * kLargestFlicker);
+}
+
+}  // namespace gonio::acquisition

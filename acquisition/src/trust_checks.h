@@ -1,0 +1,87 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bracket.h"
+#include "gonio/acquisition/guarded_devices.h"
+#include "gonio/acquisition/trust_notes.h"
+
+namespace gonio::acquisition {
+
+/// A home delta up to here is how well a home mark is found again (0.002 deg each time) and how
+/// finely an encoder counts; above it is reported.
+inline constexpr Angle kUsualHomeDelta = Angle::from_degrees(0.01);
+/// Above here steps were lost: points since the axis was last found in order are not trusted.
+inline constexpr Angle kLargestHomeDelta = Angle::from_degrees(0.03);
+/// An axis this far off after an outage was on its way when the session ended, or was turned since:
+/// what its count was worth before cannot be told from it.
+inline constexpr Angle kWasOnItsWay = Angle::from_degrees(1.0);
+/// So many of its uncertainties make a change of the sentinel a step: one false alarm in 16,000
+/// comparisons, were the uncertainty all noise.
+inline constexpr double kStepSigmas = 4.0;
+
+/// Looks, in the course of a session, whether the rig still is what it was: axes against their home
+/// marks, the light and the sample at the sentinel, the lamp at its monitor. What it finds goes
+/// into notes; `distrust` is told first, so that a kill in between leaves no check that looks
+/// passed.
+///
+/// Threads  One.
+/// Errors   devices::DeviceError.
+class TrustChecks {
+ public:
+  using Distrust = std::function<void(const std::string& why)>;
+
+  /// All that is passed by reference must outlive it.
+  TrustChecks(GuardedDevices& devices, const instrument::Instrument& instrument,
+              const MeasurementPlan& plan, const SessionOptions& options, SessionWriter& archive,
+              const SessionPart& part, const rig::Joints& sentinel_pose);
+
+  /// After the homing at the start: against where the part before left the axes.
+  void compare_with_last_part(const Distrust& distrust);
+  /// To the sentinel; the first reading of a session becomes what others are compared with.
+  void visit_sentinel(const Distrust& distrust);
+  /// Home marks and sentinel.
+  void check(const Distrust& distrust);
+  /// Whether check() looks at anything: an axis that tells its home delta, or a sentinel.
+  bool can_check() const { return tells_home_delta_ || sentinel_on_; }
+  /// Whether it is time for one after so many points.
+  bool due(std::size_t points_since) const;
+
+  /// What the monitor reads at the white, by which the lamp counts as lit.
+  void set_lit_monitor(const std::string& channel, double reading);
+  /// Throws Fault when the lamp is off by its monitor.
+  void require_lit(const std::string& channel, double lowest_reading) const;
+  /// What to say of a lamp whose monitor read so differently in one bracket that a reading is no
+  /// longer that of its frame; empty: it was steady.
+  std::string flicker(const std::string& channel, double lowest_reading,
+                      double highest_reading) const;
+
+ private:
+  void check_home(const Distrust& distrust);
+  void note_deltas(const rig::Joints& believed, bool after_outage, const Distrust& distrust);
+  std::optional<SentinelReading> read_sentinel();
+  SentinelLevel read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
+                             const std::vector<std::size_t>& pixels);
+  void compare_sentinel(const SentinelReading& reading, const Distrust& distrust);
+
+  GuardedDevices& devices_;
+  const instrument::Instrument& instrument_;
+  const SessionOptions& options_;
+  SessionWriter& archive_;
+  const SessionPart& part_;
+  rig::Joints pose_;
+  bool tells_home_delta_ = false;
+  bool sentinel_on_ = false;
+  std::chrono::nanoseconds last_check_{0};
+  std::map<std::string, std::chrono::nanoseconds> exposures_;  ///< of the sentinel, by channel
+  std::optional<SentinelVisit> first_;
+  std::optional<SentinelVisit> last_;          ///< of this part
+  std::map<std::string, double> slope_per_s_;  ///< relative, between the last two visits
+  std::map<std::string, double> lit_monitor_;
+};
+
+}  // namespace gonio::acquisition
