@@ -58,7 +58,7 @@ TEST_F(LivePages, PauseASessionThatResumeFinishes) {
   EXPECT_EQ(paused.exit_code, 4) << paused.error;
   EXPECT_THAT(paused.error, HasSubstr("paused after"));
   EXPECT_THAT(paused.error, HasSubstr("gonio resume session goes on with it"));
-  EXPECT_THAT(run({"status", "session"}, 0).out, HasSubstr("paused"));
+  EXPECT_THAT(run({"status", "session"}, 4).out, HasSubstr("paused"));
   run({"resume", "session", "--monitor=0"});
 }
 
@@ -77,10 +77,10 @@ TEST_F(LivePages, ShowWhatTheCameraSeesUntilInterrupted) {
   GonioProcess snapping({"snap", "rig.toml", "--channel", "G", "--monitor", "0"}, folder.path());
   const Printed page = printed(snapping, "(Ctrl-C ends)");
   int number = 0;
-  for (int asked = 0; asked < 1000 && number < 2; ++asked) {
+  // A camera that gives none runs into the time limit of the test.
+  while (number < 2) {
     number = nlohmann::json::parse(get(page.port, "/setup.json").body)["number"];
   }
-  EXPECT_GE(number, 2) << "no frame after a thousand questions";
   EXPECT_THAT(get(page.port, "/frame.png").body, testing::StartsWith("\x89PNG"));
   snapping.send(SIGINT);
   const Ended ended = snapping.wait();
@@ -89,7 +89,7 @@ TEST_F(LivePages, ShowWhatTheCameraSeesUntilInterrupted) {
 
 TEST_F(LivePages, ShowTheReconstructionAsItGrows) {
   train();
-  folder.write("paced.toml", kSmallRig + kSteadyWorld + "time_scale = 4.0\n");
+  folder.write("paced.toml", kSmallRig + kSteadyWorld + "time_scale = 1.5\n");
   // Long enough for a busy machine; stopped as soon as there is a picture.
   std::string list = "theta_h_deg,theta_d_deg,phi_d_deg\n";
   for (int theta_h_deg = 4; theta_h_deg <= 24; theta_h_deg += 2) {
