@@ -40,12 +40,16 @@ class SessionPageTest : public testing::Test {
   acquisition::SessionResult run(acquisition::SessionWriter& archive,
                                  const std::map<int, acquisition::PointOutcome>& done) {
     archive.observe(&monitor_);
-    return acquisition::run_session(rig_.devices(), rig_.known, plan_, options_, archive,
-                                    [this](const acquisition::SessionProgress& now) {
-                                      monitor_.on_progress(now);
-                                      if (on_progress_) on_progress_(now);
-                                    },
-                                    stop_.get_token(), {done, pause_.get_token()});
+    acquisition::SessionPart part;
+    part.done = done;
+    part.pause = pause_.get_token();
+    return acquisition::run_session(
+        rig_.devices(), rig_.known, plan_, options_, archive,
+        [this](const acquisition::SessionProgress& now) {
+          monitor_.on_progress(now);
+          if (on_progress_) on_progress_(now);
+        },
+        stop_.get_token(), part);
   }
   /// Calls `work` on the session's thread when its second point begins.
   void at_the_second_point(const std::function<void()>& work) {
