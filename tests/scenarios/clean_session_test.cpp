@@ -23,7 +23,10 @@ class CleanSession : public SteadySession {
     constexpr int kRounds = 20;
     std::vector<std::array<double, 3>> directions;
     for (int round = 0; round < kRounds; ++round) {
-      directions.insert(directions.end(), kTwelveDirections.begin(), kTwelveDirections.end());
+      for (std::array<double, 3> direction : kTwelveDirections) {
+        direction[0] += 0.01 * round;  // no direction may stand twice in a plan
+        directions.push_back(direction);
+      }
     }
     plan_ = plan_of(known_, directions);
     options_.sentinel_every = 4;
