@@ -103,8 +103,10 @@ TEST_F(Workflow, GivesTheSameBytesWithOneAndTwoThreads) {
     run({"measure", "rig.toml", "--plan", "list.csv", "--material", "builtin:red-pmma", "--seed",
          "5", "--out", "session" + n, "--threads", n});
     run({"reduce", "session" + n, "--out", "samples" + n + ".csv", "--threads", n});
+    // Five directions and ten training materials: it would reflect 123 % and is not to be trusted.
     run({"reconstruct", "samples" + n + ".csv", "--basis", "basis.h5", "--out",
-         "found" + n + ".binary", "--threads", n});
+         "found" + n + ".binary", "--threads", n},
+        5);
   }
   EXPECT_EQ(folder.read("plan1.csv"), folder.read("plan2.csv"));
   EXPECT_EQ(folder.read("samples1.csv"), folder.read("samples2.csv"));
