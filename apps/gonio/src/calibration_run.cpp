@@ -21,10 +21,10 @@ instrument::UtcSeconds now_utc() {
   return std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
 }
 
-routine::Routine calibration_in(const std::filesystem::path& folder, const RigFile& rig,
+routine::Routine calibration_in(const routine::Folder& folder, const RigFile& rig,
                                 routine::RoutineSettings settings, OpenedRig& opened) {
-  return blame(folder.string(), [&] {
-    return routine::Routine(nominal_instrument(rig), std::move(settings), routine::Folder{folder},
+  return blame(folder.path.string(), [&] {
+    return routine::Routine(nominal_instrument(rig), std::move(settings), folder,
                             serials_of(opened), now_utc);
   });
 }

@@ -16,7 +16,7 @@ instrument::UtcSeconds now_utc();
 
 /// A routine about the rig file's nominal constants in `folder`, for the devices that are open.
 /// Throws as calibration::routine::Routine, blaming the folder.
-calibration::routine::Routine calibration_in(const std::filesystem::path& folder,
+calibration::routine::Routine calibration_in(const calibration::routine::Folder& folder,
                                              const RigFile& rig,
                                              calibration::routine::RoutineSettings settings,
                                              OpenedRig& opened);

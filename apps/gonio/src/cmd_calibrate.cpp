@@ -173,7 +173,8 @@ int calibrate(Context& context, const CalibrateOptions& options) {
     alone.emplace(locked(options.out));
   }
   const auto opened = open_rig(rig, Parts::all, context.stop, options.seed.value_or(1));
-  routine::Routine calibration = calibration_in(options.out, rig, settings, *opened);
+  routine::Routine calibration =
+      calibration_in({options.out, options.list}, rig, settings, *opened);
   const auto finish = [&](int code) {
     if (options.json) {
       console.result(json_text(as_json(calibration)));

@@ -101,7 +101,7 @@ class Demo {
     const auto white = std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5));
     const auto opened = open_simulated_rig(simulated_world(rig_.file, white, options_.seed));
     calibration::routine::Routine calibration =
-        calibration_in(folder, rig_.file, calibration_settings(rig_.file), *opened);
+        calibration_in({folder}, rig_.file, calibration_settings(rig_.file), *opened);
     const auto refused =
         take_open_steps({context_, calibration, opened->devices(), passes_at_once(rig_.file)});
     if (refused) throw NumericalError(refused->step + ": " + refused->why);

@@ -144,7 +144,7 @@ void Routine::read() {
       throw DataFormatError(folder_.archive(), name, error.what());
     }
   }
-  if (as_stored) mend_constants();
+  if (as_stored && !folder_.read_only) mend_constants();
 }
 
 void Routine::mend_constants() {

@@ -30,6 +30,9 @@ struct Progress {
 ///   raw/STEP-HASH.json what the step saw (Observations), by the first digits of its SHA-256
 struct Folder {
   std::filesystem::path path;
+  /// Nothing is written when it is opened: another process may be at work in it, whose newer archive
+  /// must not be written over with an older one.
+  bool read_only = false;
   std::filesystem::path archive() const { return path / "calibration.json"; }
   std::filesystem::path instrument() const { return path / "instrument.json"; }
   std::filesystem::path raw_folder() const { return path / "raw"; }
