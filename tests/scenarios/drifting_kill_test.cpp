@@ -36,10 +36,6 @@ class DriftingKills : public SteadySession {
     outage_ = std::chrono::minutes(10);
   }
 
-  samples::SampleSet reduced(const std::filesystem::path& folder) const {
-    return acquisition::reduce(acquisition::SessionReader(folder), known_, reduction_).samples;
-  }
-
   /// Killed at a random write, sync or rename after the first point, and resumed.
   samples::SampleSet killed_and_resumed(std::uint64_t seed) {
     world_.noise_seed = seed;
@@ -58,7 +54,7 @@ class DriftingKills : public SteadySession {
       disk.restore(first + random() % (last - first), RecordedDisk::Loss::unsynced, seed, cut);
     }
     EXPECT_TRUE(resume(cut).complete);
-    return reduced(cut);
+    return reduced(cut).samples;
   }
 };
 
@@ -68,7 +64,7 @@ TEST_F(DriftingKills, AgreeWithTheUninterruptedSessionWithinTheirUncertainty) {
   const std::filesystem::path whole = folder.path() / "whole";
   world_.noise_seed = 100;
   begin(whole);
-  const samples::SampleSet wanted = reduced(whole);
+  const samples::SampleSet wanted = reduced(whole).samples;
   double sum = 0.0;
   double squares = 0.0;
   int count = 0;

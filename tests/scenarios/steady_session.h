@@ -2,10 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 #include <functional>
+#include <map>
+#include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "gonio/acquisition/resume.h"
@@ -110,11 +115,52 @@ class SteadySession : public testing::Test {
     return run(world, archive, progress, acquisition::part_to_resume(state));
   }
 
+  /// Paused after six points; then `meanwhile` happens, and it is gone on with.
+  void interrupt_and_resume(const std::filesystem::path& folder,
+                            const std::function<void()>& meanwhile = {}) {
+    std::stop_source pause;
+    {
+      sim::SimGoniometer world(world_);
+      acquisition::SessionWriter archive(folder, {}, {});
+      acquisition::SessionPart part;
+      part.pause = pause.get_token();
+      run(
+          world, archive,
+          [&](const acquisition::SessionProgress& now) {
+            if (now.done == 5) pause.request_stop();
+          },
+          part);
+    }
+    if (meanwhile) meanwhile();
+    EXPECT_TRUE(resume(folder).complete);
+  }
+
+  acquisition::Reduction reduced(const std::filesystem::path& folder) const {
+    return acquisition::reduce(acquisition::SessionReader(folder), known_, reduction_);
+  }
+
+  /// The worst point's mean deviation from the untroubled session, relative.
+  double worst_deviation(const acquisition::Reduction& found,
+                         const std::filesystem::path& untroubled) const {
+    const acquisition::Reduction whole = reduced(untroubled);
+    EXPECT_EQ(found.samples.samples.size(), whole.samples.samples.size());
+    std::map<int, std::pair<double, double>> sums;
+    for (std::size_t i = 0; i < whole.samples.samples.size(); ++i) {
+      auto& [before, after] = sums[whole.samples.samples[i].pose];
+      before += whole.samples.samples[i].value_per_sr.sum();
+      after += found.samples.samples[i].value_per_sr.sum();
+    }
+    EXPECT_EQ(sums.size(), plan_.points.size());
+    double worst = 0.0;
+    for (const auto& entry : sums) {
+      worst = std::max(worst, std::abs(entry.second.second / entry.second.first - 1.0));
+    }
+    return worst;
+  }
+
   std::string samples_of(const std::filesystem::path& folder) const {
     const TemporaryFolder scratch;
-    samples::write_samples(
-        scratch.path() / "samples.csv",
-        acquisition::reduce(acquisition::SessionReader(folder), known_, reduction_).samples);
+    samples::write_samples(scratch.path() / "samples.csv", reduced(folder).samples);
     return files::read_text_file(scratch.path() / "samples.csv");
   }
 

@@ -77,49 +77,10 @@ class Trust : public SteadySession {
     return times;
   }
 
-  Reduction reduced() const {
-    return acquisition::reduce(SessionReader(session_), known_, reduction_);
-  }
-
-  /// The worst point's mean deviation from the untroubled session, relative.
-  double worst_deviation(const Reduction& found) const {
-    const Reduction whole = acquisition::reduce(SessionReader(whole_), known_, reduction_);
-    EXPECT_EQ(found.samples.samples.size(), whole.samples.samples.size());
-    std::map<int, std::pair<double, double>> sums;
-    for (std::size_t i = 0; i < whole.samples.samples.size(); ++i) {
-      auto& [before, after] = sums[whole.samples.samples[i].pose];
-      before += whole.samples.samples[i].value_per_sr.sum();
-      after += found.samples.samples[i].value_per_sr.sum();
-    }
-    double worst = 0.0;
-    for (const auto& entry : sums) {
-      worst = std::max(worst, std::abs(entry.second.second / entry.second.first - 1.0));
-    }
-    return worst;
-  }
-
   static int suspect_samples(const Reduction& found) {
     return static_cast<int>(std::count_if(
         found.samples.samples.begin(), found.samples.samples.end(),
         [](const auto& sample) { return sample.flags.find("suspect") != std::string::npos; }));
-  }
-
-  /// Paused after six points and resumed.
-  void interrupt_and_resume() {
-    std::stop_source pause;
-    {
-      sim::SimGoniometer world(world_);
-      acquisition::SessionWriter archive(session_, {}, {});
-      acquisition::SessionPart part;
-      part.pause = pause.get_token();
-      run(
-          world, archive,
-          [&](const acquisition::SessionProgress& now) {
-            if (now.done == 5) pause.request_stop();
-          },
-          part);
-    }
-    EXPECT_TRUE(resume(session_).complete);
   }
 
   TemporaryFolder folder_;
@@ -137,7 +98,7 @@ TEST_F(Trust, AnUntroubledSessionSuspectsNothing) {
 }
 
 TEST_F(Trust, AnUntroubledOutageIsCompared) {
-  interrupt_and_resume();
+  interrupt_and_resume(session_);
   EXPECT_THAT(notes(acquisition::kHomeDeltaNote),
               Contains(AllOf(HasSubstr("over the interruption"), HasSubstr("+0.0000 deg"),
                              Not(HasSubstr("more than")))));
@@ -147,7 +108,7 @@ TEST_F(Trust, AnUntroubledOutageIsCompared) {
 
 TEST_F(Trust, ASlipDuringAnOutageIsHomedAwayAndWhatItMayHaveSpoiltTakenAgain) {
   turned_meanwhile_ = kRefused;
-  interrupt_and_resume();
+  interrupt_and_resume(session_);
   // After four points there was a check: only what came after it may have seen the slip.
   EXPECT_THAT(
       notes(acquisition::kSuspectNote),
@@ -158,7 +119,7 @@ TEST_F(Trust, ASlipDuringAnOutageIsHomedAwayAndWhatItMayHaveSpoiltTakenAgain) {
 
 TEST_F(Trust, ASmallSlipDuringAnOutageIsReported) {
   turned_meanwhile_ = kReported;
-  interrupt_and_resume();
+  interrupt_and_resume(session_);
   EXPECT_THAT(notes(acquisition::kHomeDeltaNote),
               Contains(AllOf(HasSubstr("+0.0200 deg"), HasSubstr("more than the usual"))));
   EXPECT_THAT(notes(acquisition::kSuspectNote), IsEmpty());
@@ -167,7 +128,7 @@ TEST_F(Trust, ASmallSlipDuringAnOutageIsReported) {
 
 TEST_F(Trust, AnAxisThatWasOnItsWayTellsNothing) {
   turned_meanwhile_ = 5.0_deg;
-  interrupt_and_resume();
+  interrupt_and_resume(session_);
   EXPECT_THAT(notes(acquisition::kHomeDeltaNote), Contains(HasSubstr("was on its way")));
   EXPECT_THAT(notes(acquisition::kSuspectNote), IsEmpty());
 }
@@ -207,8 +168,8 @@ TEST_F(Trust, AStepOfTheLightIsFoundAndWhatItSpoiltTakenAgain) {
   EXPECT_THAT(notes(acquisition::kSuspectNote),
               testing::ElementsAre(AllOf(testing::StartsWith("points 4 5 6 7: "),
                                          HasSubstr("sentinel changed by +"))));
-  const Reduction found = reduced();
-  const double worst = worst_deviation(found);
+  const Reduction found = reduced(session_);
+  const double worst = worst_deviation(found, whole_);
   RecordProperty("worst_deviation", std::to_string(worst));
   std::printf("3 %% step: worst deviation %.3f %%\n", 100.0 * worst);
   EXPECT_LT(worst, 0.005);
@@ -224,7 +185,7 @@ TEST_F(Trust, AnEvenDriftLeavesLittle) {
       session_ = folder_.path() / (std::to_string(every) + (seen ? "seen" : "unseen"));
       world_.lamp.events = {{std::chrono::seconds(0), 2 * end, 1.10, seen}};
       EXPECT_TRUE(begin(session_).complete);
-      const double worst = worst_deviation(reduced());
+      const double worst = worst_deviation(reduced(session_), whole_);
       std::printf("5 %% drift, %s, sentinel every %d: worst deviation %.3f %%\n",
                   seen ? "seen by the monitor" : "unseen", every, 100.0 * worst);
       EXPECT_LT(worst, 0.003);
@@ -270,7 +231,7 @@ TEST_F(Trust, WhatFlickersWheneverItIsTakenIsMarked) {
   EXPECT_THAT(notes(acquisition::kSuspectNote), Contains(HasSubstr("lamp monitor read")));
   const std::vector<int> times = times_taken();
   EXPECT_LE(*std::max_element(times.begin(), times.end()), 2) << "not for ever";
-  const Reduction found = reduced();
+  const Reduction found = reduced(session_);
   EXPECT_GT(suspect_samples(found), 0);
   EXPECT_THAT(found.warnings, Contains(HasSubstr("suspect: the lamp monitor read")));
   for (const samples::Sample& sample : found.samples.samples) {
@@ -299,7 +260,7 @@ TEST_F(Trust, SuspectsThatWereNotTakenAgainAreStillToBeDone) {
         },
         part);
   }
-  EXPECT_EQ(suspect_samples(reduced()), 4 * reduction_.grid * reduction_.grid);
+  EXPECT_EQ(suspect_samples(reduced(session_)), 4 * reduction_.grid * reduction_.grid);
   const acquisition::ResumeState state = acquisition::resume_state(SessionReader(session_));
   EXPECT_THAT(state.again,
               testing::ElementsAre(HasSubstr("point 4 is suspect"), HasSubstr("point 5"),

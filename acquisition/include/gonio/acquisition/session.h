@@ -116,11 +116,11 @@ void check_before_motion(const DeviceSet& devices, const instrument::Instrument&
 /// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before
 /// the check has passed. Every exit path, also an exception, stops all axes and closes the shutter.
 ///
-/// Trust    Where axes can tell (devices::HomingReport), they are homed again in the course and at
-/// the
-///          end and compared with their marks; longer sessions look at a sentinel as well. Points
-///          since the last good check are suspect when one fails (a note), and measured again,
-///          once. A lamp that goes off by its monitor ends the session with a Fault, to be resumed.
+/// Trust    Where axes can tell (devices::HomingReport), they are homed again in the course and in
+///          the end, and compared with their marks; longer sessions look at a sentinel as well.
+///          Points since the last good check are suspect when one fails (a note), and measured
+///          again, once. A lamp that goes off by its monitor ends the session with a Fault, to be
+///          resumed.
 /// Again    With points `part` says are done, it does all this but for those points: new darks and
 ///          an opening white of their own come before the rest (resume_state()).
 /// Threads  Blocks; `stop` may be requested from any thread: the point under way is abandoned, the
