@@ -66,8 +66,8 @@ TEST(SimulatedSession, MeasuresALambertianPlateToWithinItsNoise) {
   for (const samples::Sample& sample : measured.reduction.samples.samples) {
     for (int c = 0; c < 3; ++c) {
       // Its own noise, 0.2 % for PRNU over about 250 pixels, lamp drift and monitor, and as much
-      // again: the red of (15, 30, 130) deg, whose longer exposure ends near saturation, has an rms z
-      // of 2 that nobody has explained (about 1 everywhere else).
+      // again: the red of (15, 30, 130) deg, whose longer exposure ends near saturation, has an rms
+      // z of 2 that nobody has explained (about 1 everywhere else).
       const double noise = 4.0 * sample.sigma_per_sr[c] / sample.value_per_sr[c];
       EXPECT_LT(noise, 0.015);
       EXPECT_NEAR(sample.value_per_sr[c] * std::numbers::pi / albedo, 1.0, 0.004 + noise)
