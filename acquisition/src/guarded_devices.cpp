@@ -17,6 +17,9 @@ namespace {
 /// A camera may round an exposure to its own steps; more than this and 1 % is another exposure.
 constexpr std::chrono::nanoseconds kExposureTolerance = std::chrono::microseconds(20);
 
+/// Makes a move a falling one, which takes up the play, and goes no way of its own.
+constexpr Angle kAbove = Angle::from_radians(1e-9);
+
 /// All at the same time: one that does not answer must not keep the others moving.
 void make_safe(const DeviceSet& devices) noexcept {
   std::vector<std::thread> threads;
@@ -108,6 +111,7 @@ void GuardedDevices::home_all() {
   for (devices::RotationStage* stage : devices_.stages) home(*stage);
   joints_ = read_joints();
   sent_ = rig_.home();
+  approached_.assign(rig_.axes.size(), false);
 }
 
 void GuardedDevices::home(devices::RotationStage& stage) {
@@ -120,6 +124,7 @@ void GuardedDevices::home(std::size_t axis) {
   home(*devices_.stages.at(axis));
   joints_ = read_joints();
   sent_[axis] = rig_.axes[axis].home;
+  approached_[axis] = false;
 }
 
 void GuardedDevices::take_over() {
@@ -128,6 +133,7 @@ void GuardedDevices::take_over() {
   }
   joints_ = read_joints();
   sent_ = joints_;
+  approached_.assign(rig_.axes.size(), false);
 }
 
 rig::Joints GuardedDevices::read_joints() {
@@ -142,7 +148,7 @@ rig::Joints GuardedDevices::read_joints() {
   return joints;
 }
 
-rig::Joints GuardedDevices::start_of_move() {
+rig::Joints GuardedDevices::start_of_move(const rig::Joints& target) {
   rig::Joints from = read_joints();
   for (std::size_t i = 0; i < from.size(); ++i) {
     const rig::Axis& axis = rig_.axes[i];
@@ -151,13 +157,17 @@ rig::Joints GuardedDevices::start_of_move() {
     from[i] = abs(from[i] - sent_[i]) <= rig::kPlanningMargin
                   ? sent_[i]
                   : std::clamp(from[i], axis.min, axis.max);
+    // Somewhere in its play, and too near below for a rising move to take that up: as from above.
+    if (!approached_[i] && from[i] <= target[i] && target[i] - from[i] < axis.approach_overshoot) {
+      from[i] = target[i] + kAbove;
+    }
   }
   return from;
 }
 
 rig::Joints GuardedDevices::move_to(const rig::Joints& target) {
   try {
-    rig::Joints at = start_of_move();
+    rig::Joints at = start_of_move(target);
     auto route = travel_model_.route(at, target);
     // An error may have left the axes nearer to a keep-out than plans go.
     if (!route) route = travel_model_.route(at, target, Angle());
@@ -249,6 +259,7 @@ void GuardedDevices::travel(const rig::Joints& from, const rig::Joints& target) 
     }
   }
   sent_ = target;
+  approached_.assign(target.size(), true);
   last_reading_ = joints_;
   for (std::size_t i = 0; i < target.size(); ++i) {
     if (abs(joints_[i] - target[i]) <= rig::kPlanningMargin) continue;
@@ -267,6 +278,7 @@ void GuardedDevices::stand_still() {
     });
     joints_ = read_joints();
     sent_ = joints_;
+    approached_.assign(rig_.axes.size(), false);
   } catch (const devices::DeviceError& error) {
     // Where the axes stand is not known, so no way from here can be checked.
     make_safe(devices_);

@@ -71,6 +71,30 @@ TEST_F(GuardedDevicesTest, AxesGoBelowTheirTargetsTogetherWhereTheyMoveTogether)
   EXPECT_EQ(moves_, together);
 }
 
+TEST_F(GuardedDevicesTest, AnAxisThatWasHomedIsApproachedEvenWhereItStands) {
+  // A home mark is met from any side: without an approach the axis is off by its play there.
+  rig_.known.rig.axes[kTilt].approach_overshoot = 2_deg;
+  const auto tilts = [&](auto act) {
+    moves_.clear();
+    act();
+    std::vector<long> targets;
+    for (const auto& [axis, target] : moves_) {
+      if (axis == "tilt") targets.push_back(target);
+    }
+    return targets;
+  };
+  using testing::ElementsAre;
+  const auto go = [&](Angle tilt) { devices().move_to({100_deg, 0_deg, tilt}); };
+  EXPECT_THAT(tilts([&] { go(0_deg); }), ElementsAre(-2, 0));
+  EXPECT_THAT(tilts([&] { go(0_deg); }), ElementsAre(0));
+  devices().home(kTilt);
+  EXPECT_THAT(tilts([&] { go(1_deg); }), ElementsAre(-1, 1)) << "less than the approach";
+  devices().home(kTilt);
+  EXPECT_THAT(tilts([&] { go(3_deg); }), ElementsAre(3)) << "rises by more than the approach";
+  devices().stand_still();
+  EXPECT_THAT(tilts([&] { go(3_deg); }), ElementsAre(1, 3)) << "stopped on the way, say";
+}
+
 TEST_F(GuardedDevicesTest, WhatTheEncodersSayMakesNoMoveThatWasNotChecked) {
   // Arm first, then the tilt. An arm that reads a little high must not go below its target again
   // once the sample is tilted, nor be refused the way.

@@ -358,22 +358,22 @@ Angle worst_direction_sigma(const LampArm& lamp) {
   return worst;
 }
 
-std::vector<rig::RigDescription> one_sigma_rigs(const StageAxes& stage, const LampArm& lamp) {
+std::vector<CalibratedRig> one_sigma_rigs(const StageAxes& stage, const LampArm& lamp) {
   // By way of the correlations: lengths in mm, angles in rad and pixels differ too much in size.
   const Eigen::VectorXd sigmas = lamp.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
   const Eigen::VectorXd scale =
       (sigmas.array() > 0.0).select(sigmas.cwiseInverse(), Eigen::VectorXd::Zero(sigmas.size()));
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> independent(
       scale.asDiagonal() * lamp.covariance * scale.asDiagonal());
-  std::vector<rig::RigDescription> rigs;
+  std::vector<CalibratedRig> rigs;
   for (Eigen::Index k = 0; k < sigmas.size(); ++k) {
     const double variance = independent.eigenvalues()[k];
     if (!(variance > 0.0)) continue;
     const Eigen::VectorXd errors =
         std::sqrt(variance) * sigmas.cwiseProduct(independent.eigenvectors().col(k));
-    rig::RigDescription rig = perturbed(stage, errors.tail(stage_parameter::kCount)).rig;
-    rig.lamp = rig_with(lamp, errors.head(par::kCount)).lamp;
-    rigs.push_back(std::move(rig));
+    StageAxes moved = perturbed(stage, errors.tail(stage_parameter::kCount));
+    moved.rig.lamp = rig_with(lamp, errors.head(par::kCount)).lamp;
+    rigs.push_back({std::move(moved.rig), moved.camera});
   }
   return rigs;
 }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -134,10 +135,28 @@ ZeroFit zeros_of(const rig::RigDescription& rig, std::span<const Peak> peaks, do
   return fit;
 }
 
+/// `found` with the zeros of azimuth and tilt off by one standard deviation, for each of two
+/// independent errors.
+std::vector<CalibratedRig> zeros_off(const CalibratedRig& found,
+                                     const Eigen::Matrix2d& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> independent(covariance);
+  std::vector<CalibratedRig> rigs;
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    const Eigen::Vector2d error =
+        std::sqrt(std::max(0.0, independent.eigenvalues()[k])) * independent.eigenvectors().col(k);
+    rigs.push_back(found);
+    auto& links = rigs.back().rig.sample.links;
+    links[0].offset += Angle::from_radians(error[0]);
+    links[1].offset += Angle::from_radians(error[1]);
+  }
+  return rigs;
+}
+
 }  // namespace
 
-ZeroOffsets fit_zero_offsets(const rig::RigDescription& rig, std::span<const Peak> peaks,
+ZeroOffsets fit_zero_offsets(const CalibratedRig& found, std::span<const Peak> peaks,
                              Angle u_mount_tilt, const PeakFitOptions& options) {
+  const rig::RigDescription& rig = found.rig;
   const char* const step = "zero offsets";
   check_peaks(step, rig, peaks, options);
   if (!(u_mount_tilt > Angle())) {
@@ -157,11 +176,14 @@ ZeroOffsets fit_zero_offsets(const rig::RigDescription& rig, std::span<const Pea
   require_agreement_of_peaks(step, result.residuals, options.max_disagreement);
   result.chi2_per_dof = chi2 / degrees_of_freedom(peaks);
   result.covariance = fit.system.covariance(result.chi2_per_dof).topLeftCorner<2, 2>();
-  for (const rig::RigDescription& other : options.one_sigma_rigs) {
-    const Eigen::Vector2d follows =
-        zeros_of(other, peaks, mount_weight, options).zeros() - fit.zeros();
+  const std::vector<CalibratedRig> own = zeros_off({fit.rig, found.camera}, result.covariance);
+  for (const CalibratedRig& other : options.one_sigma_rigs) {
+    const ZeroFit refitted = zeros_of(other.rig, peaks, mount_weight, options);
+    const Eigen::Vector2d follows = refitted.zeros() - fit.zeros();
     result.covariance += follows * follows.transpose();
+    result.one_sigma_rigs.push_back({refitted.rig, other.camera});
   }
+  result.one_sigma_rigs.insert(result.one_sigma_rigs.end(), own.begin(), own.end());
   result.azimuth = fit.rig.sample.links[0].offset - rig.sample.links[0].offset;
   result.tilt = fit.rig.sample.links[1].offset - rig.sample.links[1].offset;
   return result;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -156,36 +155,101 @@ double falloff_sigma(const Eigen::MatrixXd& whitened_jacobian, const std::vector
   return std::sqrt(largest);
 }
 
-/// What all pixels of a view are off by together (the lamp, its monitor, the angles), as it shows
-/// in the views' mean residuals beyond the pixels' noise, carried into the parameters.
-Eigen::MatrixXd shared_by_views(const System& system, const std::vector<Row>& rows,
-                                std::size_t views, Eigen::Index channels,
-                                const Eigen::MatrixXd& normal_inverse) {
-  const Eigen::Index count = system.jacobian.cols();
+/// Weighted means over each view of relative residuals, and their sds by the pixels' noise.
+struct ViewMeans {
+  std::vector<double> mean;
+  std::vector<double> sigma;  ///< 0: nothing was seen
+};
+
+ViewMeans view_means(const Eigen::VectorXd& whitened, const std::vector<Row>& rows,
+                     std::size_t views) {
   std::vector<double> weight(views, 0.0);
   std::vector<double> sum(views, 0.0);
-  Eigen::MatrixXd by_view = Eigen::MatrixXd::Zero(count, static_cast<Eigen::Index>(views));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
     const double per_sigma = 1.0 / rows[i].sigma;
     weight[rows[i].view] += per_sigma * per_sigma;
-    sum[rows[i].view] += system.residual[at] * per_sigma;
-    by_view.col(static_cast<Eigen::Index>(rows[i].view)) +=
-        per_sigma * system.jacobian.row(at).transpose();
+    sum[rows[i].view] += whitened[static_cast<Eigen::Index>(i)] * per_sigma;
   }
+  ViewMeans means{std::vector<double>(views, 0.0), std::vector<double>(views, 0.0)};
+  for (std::size_t v = 0; v < views; ++v) {
+    if (!(weight[v] > 0.0)) continue;
+    means.mean[v] = sum[v] / weight[v];
+    means.sigma[v] = 1.0 / std::sqrt(weight[v]);
+  }
+  return means;
+}
+
+/// How the fit follows the geometry.
+struct FollowedGeometry {
+  Eigen::MatrixXd covariance;  ///< of the parameters
+  double squares = 0.0;        ///< of the views' means, summed: what of it no parameter can follow
+};
+
+FollowedGeometry follow_geometry(const instrument::Instrument& instrument,
+                                 const std::vector<WhiteView>& views, const Channels& channels,
+                                 const std::vector<CalibratedRig>& one_sigma_rigs,
+                                 const Eigen::VectorXd& parameters, const System& here,
+                                 const Eigen::MatrixXd& normal_inverse) {
+  const Eigen::Index count = parameters.size();
+  FollowedGeometry followed{Eigen::MatrixXd::Zero(count, count), 0.0};
+  instrument::Instrument with = instrument;
+  for (const CalibratedRig& other : one_sigma_rigs) {
+    with.rig = other.rig;
+    with.camera = other.camera;
+    const std::vector<Row> rows = rows_of(with, views, channels.column);
+    const Eigen::VectorXd change =
+        linearise(rows, parameters, channels.count).residual - here.residual;
+    const Eigen::VectorXd moved = normal_inverse * here.jacobian.transpose() * change;
+    followed.covariance += moved * moved.transpose();
+    for (const double mean : view_means(change - here.jacobian * moved, rows, views.size()).mean) {
+      followed.squares += mean * mean;
+    }
+  }
+  return followed;
+}
+
+/// What all pixels of a view are off by together (the lamp, its monitor, where the axes stand), as
+/// it shows in the views' mean residuals beyond the pixels' noise and what the geometry leaves
+/// there, carried into the parameters.
+Eigen::MatrixXd shared_by_views(const System& system, const std::vector<Row>& rows,
+                                std::size_t views, Eigen::Index channels,
+                                const Eigen::MatrixXd& normal_inverse, double geometry_squares) {
+  Eigen::MatrixXd by_view =
+      Eigen::MatrixXd::Zero(system.jacobian.cols(), static_cast<Eigen::Index>(views));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    by_view.col(static_cast<Eigen::Index>(rows[i].view)) +=
+        system.jacobian.row(static_cast<Eigen::Index>(i)).transpose() / rows[i].sigma;
+  }
+  const ViewMeans means = view_means(system.residual, rows, views);
   double squares = 0.0;
   double noise = 0.0;
   double used = 0.0;
   for (std::size_t v = 0; v < views; ++v) {
-    if (!(weight[v] > 0.0)) continue;
-    squares += std::pow(sum[v] / weight[v], 2);
-    noise += 1.0 / weight[v];
+    if (!(means.sigma[v] > 0.0)) continue;
+    squares += means.mean[v] * means.mean[v];
+    noise += means.sigma[v] * means.sigma[v];
     used += 1.0;
   }
   // Fields are seen within a view; of its mean the constants take most.
   const double free = std::max(1.0, used - static_cast<double>(channels));
-  const double variance = std::max(0.0, squares / free - noise / std::max(1.0, used));
+  const double variance =
+      std::max(0.0, (squares - geometry_squares) / free - noise / std::max(1.0, used));
   return variance * normal_inverse * by_view * by_view.transpose() * normal_inverse;
+}
+
+/// Relative sd of field times falloff, rms over the pixels.
+double field_sigma(const Eigen::MatrixXd& whitened_jacobian, const std::vector<Row>& rows,
+                   const Eigen::MatrixXd& covariance) {
+  constexpr Eigen::Index kTerms = kFieldTerms + kLensTerms;
+  const Eigen::MatrixXd fields = covariance.bottomRightCorner(kTerms, kTerms);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Eigen::VectorXd gradient =
+        whitened_jacobian.row(static_cast<Eigen::Index>(i)).tail(kTerms).transpose() *
+        rows[i].sigma;
+    squares += gradient.dot(fields * gradient);
+  }
+  return std::sqrt(squares / static_cast<double>(rows.size()));
 }
 
 void refuse_large_residual(const std::vector<Row>& rows, const Eigen::VectorXd& relative,
@@ -210,9 +274,10 @@ void refuse_large_residual(const std::vector<Row>& rows, const Eigen::VectorXd& 
 }  // namespace
 
 FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<WhiteView>& views,
-                    double limit) {
+                    const std::vector<CalibratedRig>& one_sigma_rigs, double limit) {
   require_white_views(instrument, views);
-  const auto [column_of_channel, channels] = channels_of(views);
+  const Channels seen = channels_of(views);
+  const auto& [column_of_channel, channels] = seen;
   const std::vector<Row> rows = rows_of(instrument, views, column_of_channel);
   const Eigen::Index count = channels + kFieldTerms + kLensTerms;
   const auto samples = static_cast<Eigen::Index>(rows.size());
@@ -257,8 +322,12 @@ FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<
   if (!(fit.residual_rms <= limit)) {
     refuse_large_residual(rows, relative, views.size(), fit.residual_rms, limit);
   }
-  fit.covariance = normal_inverse * std::max(1.0, fit.chi2_per_dof) +
-                   shared_by_views(system, rows, views.size(), channels, normal_inverse);
+  const FollowedGeometry geometry =
+      follow_geometry(instrument, views, seen, one_sigma_rigs, parameters, system, normal_inverse);
+  fit.covariance =
+      normal_inverse * std::max(1.0, fit.chi2_per_dof) + geometry.covariance +
+      shared_by_views(system, rows, views.size(), channels, normal_inverse, geometry.squares);
+  fit.field_sigma = field_sigma(system.jacobian, rows, fit.covariance);
   if (const double sigma = falloff_sigma(system.jacobian, rows, fit.covariance); sigma > limit) {
     throw StepRefused(
         fmt::format("found views that cannot tell the lamp's field from the lens' falloff better "
@@ -274,36 +343,6 @@ FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<
                     parameters[channels + 3], parameters[channels + 4]};
   fit.vignetting = {parameters[count - 3], parameters[count - 2], parameters[count - 1]};
   return fit;
-}
-
-Eigen::MatrixXd covariance_from_rigs(const instrument::Instrument& instrument,
-                                     const std::vector<WhiteView>& views, const FieldFit& fit,
-                                     const rig::RigDescription& middle,
-                                     const std::vector<rig::RigDescription>& one_sigma_rigs) {
-  const auto [column_of_channel, channels] = channels_of(views);
-  Eigen::VectorXd found(channels + kFieldTerms + kLensTerms);
-  for (std::size_t c = 0; c < column_of_channel.size(); ++c) {
-    if (column_of_channel[c] >= 0) found[column_of_channel[c]] = std::log(fit.constant[c]);
-  }
-  const auto& field = fit.lamp_field;
-  const auto& lens = fit.vignetting;
-  found.segment<kFieldTerms>(channels) << field.c10, field.c01, field.c20, field.c11, field.c02;
-  found.tail<kLensTerms>() << lens.v1, lens.v2, lens.v3;
-
-  instrument::Instrument with = instrument;
-  const auto residual = [&](const rig::RigDescription& rig) {
-    with.rig = rig;
-    return linearise(rows_of(with, views, column_of_channel), found, channels);
-  };
-  const System here = residual(middle);
-  const Eigen::LDLT<Eigen::MatrixXd> normal(here.jacobian.transpose() * here.jacobian);
-  Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(found.size(), found.size());
-  for (const rig::RigDescription& rig : one_sigma_rigs) {
-    const Eigen::VectorXd moved =
-        normal.solve(here.jacobian.transpose() * (residual(rig).residual - here.residual));
-    covariance += moved * moved.transpose();
-  }
-  return covariance;
 }
 
 }  // namespace gonio::calibration

@@ -85,13 +85,28 @@ void use_geometry(const Findings& findings, rig::RigDescription& rig) {
   if (findings.lamp_arm) rig.lamp = findings.lamp_arm->rig.lamp;
 }
 
+/// In a session, which homes the axes again: by its own homing and by that of the calibration.
+double homing_variance_in_session(const Findings& findings, const std::string& axis) {
+  const double scatter = homing_scatter(findings, axis).radians();
+  return 2.0 * scatter * scatter;
+}
+
 /// How far the normal of the datum may be off in a session, per axis: its zeros, and where the axes
 /// stand after another homing and move. How a sample lies on the datum is for its alignment to say.
 Angle datum_sigma(const Findings& findings) {
   const Eigen::Matrix2d& zeros = findings.zeros->covariance;
   const double scatter = joint_scatter(findings).radians();
-  const double homing = homing_scatter(findings).radians();
-  return Angle::from_radians(std::sqrt(0.5 * zeros.trace() + homing * homing + scatter * scatter));
+  const double homing = 0.5 * (homing_variance_in_session(findings, "azimuth") +
+                               homing_variance_in_session(findings, "tilt"));
+  return Angle::from_radians(std::sqrt(0.5 * zeros.trace() + homing + scatter * scatter));
+}
+
+/// How far the lamp's direction may be off in a session.
+Angle lamp_direction_sigma(const Findings& findings) {
+  geometry::LampArm lamp = findings.lamp_arm.value();
+  constexpr auto kOffset = geometry::lamp_parameter::kOffset;
+  lamp.covariance(kOffset, kOffset) += homing_variance_in_session(findings, "lamp_arm");
+  return geometry::worst_direction_sigma(lamp);
 }
 
 /// Of what an evaluation cannot do without.
@@ -127,14 +142,14 @@ instrument::Instrument calibrated(const instrument::Instrument& nominal, const F
   if (findings.fields) {
     found.lamp_field = findings.fields->lamp_field;
     found.vignetting = findings.fields->vignetting;
-    found.u_lamp_relative = findings.fields->residual_rms;
+    found.u_lamp_relative = std::hypot(findings.fields->residual_rms, findings.fields->field_sigma);
     if (findings.lamp) {
       found.u_lamp_relative = std::hypot(found.u_lamp_relative, findings.lamp->sigma);
     }
   }
   if (!findings.repeatability.empty()) found.u_joint = joint_scatter(findings);
   if (findings.lamp_arm) {
-    found.u_lamp_direction = geometry::worst_direction_sigma(*findings.lamp_arm);
+    found.u_lamp_direction = lamp_direction_sigma(findings);
   }
   if (findings.linearity) {
     found.u_linearity_relative = residual_of(*findings.linearity);
@@ -175,6 +190,7 @@ instrument::StepResult evaluate(const std::string& step, const Observations& obs
   }
   require_found(findings, *instrument::find_calibration_step(step));
   const instrument::Instrument instrument = calibrated(nominal, findings);
+  findings.seen_after[step] = observations.homing;
   ResultBuilder result(step);
   found->second(observations, {nominal, settings, instrument}, findings, result);
   return result.take();

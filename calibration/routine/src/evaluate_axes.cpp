@@ -17,15 +17,15 @@ Estimate in_degrees(const AngleEstimate& angle) {
 Angle joint_scatter(const Findings& findings) {
   Angle largest = findings.repeatability.empty() ? Angle::from_degrees(kUsualScatter_deg) : Angle{};
   for (const auto& [axis, found] : findings.repeatability) {
-    largest = std::max(largest, found.unidirectional.value);
+    largest = std::max(largest, found.about_reading.value);
   }
   return largest;
 }
 
-Angle homing_scatter(const Findings& findings) {
-  Angle largest = findings.homing.empty() ? Angle::from_degrees(kUsualScatter_deg) : Angle{};
-  for (const auto& [axis, scatter] : findings.homing) largest = std::max(largest, scatter.value);
-  return largest;
+Angle homing_scatter(const Findings& findings, const std::string& axis) {
+  const auto found = findings.homing.find(axis);
+  return found == findings.homing.end() ? Angle::from_degrees(kUsualScatter_deg)
+                                        : found->second.value;
 }
 
 void evaluate_homing(const Observations& seen, const Known&, Findings& findings,
@@ -47,6 +47,8 @@ void evaluate_backlash(const Observations& seen, const Known&, Findings& finding
     result.parameter("axis." + record.axis + ".backlash_deg", "deg", in_degrees(found.backlash));
     result.parameter("axis." + record.axis + ".repeatability_deg", "deg",
                      in_degrees(found.unidirectional));
+    result.parameter("axis." + record.axis + ".scatter_about_reading_deg", "deg",
+                     in_degrees(found.about_reading));
     result.residual(record.axis + "_bidirectional_deg", found.bidirectional.degrees());
     for (instrument::AcceptanceCheck check : found.acceptance) {
       check.name = record.axis + " " + check.name;

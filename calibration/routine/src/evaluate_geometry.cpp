@@ -1,6 +1,7 @@
 #include <cmath>
 
 #include "evaluate_steps.h"
+#include "geometry_uncertainty.h"
 #include "gonio/calibration/geometry/intrinsics.h"
 #include "gonio/calibration/result/step_refused.h"
 
@@ -155,11 +156,12 @@ void evaluate_lamp_arm(const Observations& seen, const Known& known, Findings& f
                        ResultBuilder& result) {
   geometry::LampArmOptions options;
   options.u_joint = joint_scatter(findings);
-  geometry::LampArm found =
-      geometry::fit_lamp_arm(findings.stage.value(), seen.mirrors, known.settings.mirror, options);
-  const double homing = homing_scatter(findings).radians();
-  found.covariance(lamp::kOffset, lamp::kOffset) += homing * homing;
+  geometry::LampArm found = geometry::fit_lamp_arm(stage_after(findings, seen.homing), seen.mirrors,
+                                                   known.settings.mirror, options);
   findings.lamp_arm = found;
+  // The arm's zero is the mean of all homings, this one is off by its own.
+  const double homing = homing_scatter(findings, "lamp_arm").radians();
+  found.covariance(lamp::kOffset, lamp::kOffset) += homing * homing;
   const rig::ChainLink& arm = found.rig.lamp.links.at(0);
   const Eigen::Vector3d& lamp_home = found.rig.lamp.home_pose.translation();
   result.block(
@@ -195,28 +197,30 @@ void evaluate_zero_offsets(const Observations& seen, const Known& known, Finding
   }
   geometry::PeakFitOptions options;
   options.one_sigma_rigs =
-      geometry::one_sigma_rigs(findings.stage.value(), findings.lamp_arm.value());
-  for (rig::RigDescription& other : options.one_sigma_rigs) {
-    Eigen::Isometry3d& face = other.sample.home_pose;
+      geometry::one_sigma_rigs(findings.stage.value(), lamp_after(findings, seen.homing));
+  for (CalibratedRig& other : options.one_sigma_rigs) {
+    Eigen::Isometry3d& face = other.rig.sample.home_pose;
     face.translation() += known.settings.sample.raised_mm * face.linear().col(2);
   }
-  geometry::ZeroOffsets found =
-      geometry::fit_zero_offsets(rig, peaks, known.settings.mirror.u_tilt, options);
+  const geometry::ZeroOffsets found = geometry::fit_zero_offsets(
+      {rig, findings.stage->camera}, peaks, known.settings.mirror.u_tilt, options);
   findings.peaks = peaks;
-  // Found with the axes as one homing has left them.
-  const double homing = homing_scatter(findings).radians();
-  found.covariance.diagonal().array() += homing * homing;
   findings.zeros = found;
+  Eigen::Matrix2d covariance = found.covariance;
+  for (const auto& [k, axis] : {std::pair(0, "azimuth"), std::pair(1, "tilt")}) {
+    const double homing = homing_scatter(findings, axis).radians();
+    covariance(k, k) += homing * homing;
+  }
   result.block({{"axis.azimuth.offset_deg", "deg", found.azimuth.radians(), kDegPerRad},
                 {"axis.tilt.offset_deg", "deg", found.tilt.radians(), kDegPerRad}},
-               found.covariance);
+               covariance);
   result.residual("chi2_per_dof", found.chi2_per_dof);
   for (std::size_t i = 0; i < found.residuals.size(); ++i) {
     result.residual("peak_" + std::to_string(i) + "_deg", kDegPerRad * found.residuals[i].norm());
   }
-  result.check("sigma of the azimuth's zero (deg)", kDegPerRad * std::sqrt(found.covariance(0, 0)),
+  result.check("sigma of the azimuth's zero (deg)", kDegPerRad * std::sqrt(covariance(0, 0)),
                kMaxZero_deg);
-  result.check("sigma of the tilt's zero (deg)", kDegPerRad * std::sqrt(found.covariance(1, 1)),
+  result.check("sigma of the tilt's zero (deg)", kDegPerRad * std::sqrt(covariance(1, 1)),
                kMaxZero_deg);
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "evaluate_steps.h"
+#include "geometry_uncertainty.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/instrument/measurement_equation.h"
 
@@ -57,14 +58,14 @@ ChannelMean constant_of(const instrument::Instrument& instrument, const WhiteVie
 }
 
 /// Of the constants, relative: what the lamp's distance and the angles are uncertain by.
-double geometry_sigma(const Known& known, const Findings& findings, const WhiteView& view) {
-  instrument::Instrument other = known.instrument;
-  other.rig = findings.stage->rig;
-  other.rig.lamp = findings.lamp_arm->rig.lamp;
-  const double middle = constant_of(other, view).mean();
+double geometry_sigma(const instrument::Instrument& instrument, const WhiteView& view,
+                      const std::vector<CalibratedRig>& one_sigma_rigs) {
+  const double middle = constant_of(instrument, view).mean();
+  instrument::Instrument other = instrument;
   double variance = 0.0;
-  for (rig::RigDescription& rig : geometry::one_sigma_rigs(*findings.stage, *findings.lamp_arm)) {
-    other.rig = std::move(rig);
+  for (const CalibratedRig& moved : one_sigma_rigs) {
+    other.rig = moved.rig;
+    other.camera = moved.camera;
     variance += std::pow(constant_of(other, view).mean() / middle - 1.0, 2);
   }
   return std::sqrt(variance);
@@ -81,12 +82,8 @@ std::array<double, 3> constant_then(const Observations& seen) {
 
 void evaluate_flat_field(const Observations& seen, const Known& known, Findings& findings,
                          ResultBuilder& result) {
-  FieldFit found = fit_fields(known.instrument, seen.whites);
-  rig::RigDescription middle = findings.stage.value().rig;
-  middle.lamp = findings.lamp_arm.value().rig.lamp;
-  found.covariance +=
-      covariance_from_rigs(known.instrument, seen.whites, found, middle,
-                           geometry::one_sigma_rigs(*findings.stage, *findings.lamp_arm));
+  const FieldFit found =
+      fit_fields(known.instrument, seen.whites, one_sigma_rigs_after(findings, seen.homing));
   findings.fields = found;
   std::vector<ResultBuilder::Named> parameters;
   for (std::size_t channel = 0; channel < kChannelNames.size(); ++channel) {
@@ -109,6 +106,7 @@ void evaluate_flat_field(const Observations& seen, const Known& known, Findings&
   }
   result.block(parameters, found.covariance);
   result.residual("rms", found.residual_rms);
+  result.residual("field_sigma", found.field_sigma);
   result.residual("chi2_per_dof", found.chi2_per_dof);
   result.check("residual of the fields (relative)", found.residual_rms, kMaxFieldResidual);
 }
@@ -129,7 +127,8 @@ void evaluate_white(const Observations& seen, const Known& known, Findings& find
   WhiteConstant white;
   // The fields are 1 on their axes, the reference is seen and lit beside them.
   const double shape = findings.fields.value().residual_rms;
-  const double geometry = geometry_sigma(known, findings, seen.whites.front());
+  const double geometry = geometry_sigma(known.instrument, seen.whites.front(),
+                                         one_sigma_rigs_after(findings, seen.homing));
   std::array<std::vector<ChannelMean>, 3> takes;
   for (const WhiteView& view : seen.whites) {
     takes[static_cast<std::size_t>(view.channel)].push_back(constant_of(known.instrument, view));

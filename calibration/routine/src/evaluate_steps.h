@@ -36,9 +36,4 @@ void evaluate_white(const Observations&, const Known&, Findings&, ResultBuilder&
 void evaluate_colour(const Observations&, const Known&, Findings&, ResultBuilder&);
 void evaluate_verification(const Observations&, const Known&, Findings&, ResultBuilder&);
 
-/// Where an axis comes to stand about its reading: the largest of those found, or a usual one.
-Angle joint_scatter(const Findings& findings);
-/// Where its zero comes to lie by one homing, the same way.
-Angle homing_scatter(const Findings& findings);
-
 }  // namespace gonio::calibration::routine

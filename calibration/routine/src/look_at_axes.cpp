@@ -18,16 +18,25 @@ constexpr int kSettlingReadings = 60;
 const std::array<const char*, 3> kNames{"lamp_arm", "azimuth", "tilt"};
 
 /// The image at a pose and a little further along one axis, both approached rising.
-AxisScale scale_at(Bench& bench, MirrorSight& mirror, const rig::Joints& joints, std::size_t axis) {
+struct Reference {
+  AxisScale scale;
+  Angle reading;  ///< of the axis at the pose
+
+  /// Where the axis stands, by its own count, when the image is at a pixel.
+  Angle seen(const Eigen::Vector2d& pixel) const { return reading + scale.angle(pixel); }
+};
+
+Reference reference_at(Bench& bench, MirrorSight& mirror, const rig::Joints& joints,
+                       std::size_t axis) {
   rig::Joints moved = joints;
   moved[axis] = joints[axis] - kApproachFrom;
   bench.go(moved);
-  bench.go(joints);
+  const Angle reading = bench.go(joints)[axis];
   const Eigen::Vector2d here = mirror.must_look("all axes at a target").pixel;
   moved[axis] = joints[axis] + kScaleStep;
-  bench.go(moved);
+  const Angle step = bench.go(moved)[axis] - reading;
   const Eigen::Vector2d there = mirror.must_look("an axis just past its target").pixel;
-  return {here, (there - here) / kScaleStep.degrees()};
+  return {{here, (there - here) / step.degrees()}, reading};
 }
 
 }  // namespace
@@ -40,15 +49,16 @@ Observations look_at_homing(Bench& bench) {
   std::size_t done = 0;
   for (const char* name : kNames) {
     const std::size_t axis = bench.axis(name);
-    const AxisScale scale = scale_at(bench, mirror, pose, axis);
+    const Reference reference = reference_at(bench, mirror, pose, axis);
     AxisRecord record{name, {}, {}, {}};
     for (int i = 0; i < bench.settings().homings; ++i) {
       bench.tell("homing", done++, all);
       bench.devices().close_shutter();
       bench.devices().home(axis);
-      bench.go(pose);
+      // Where the move ended beside its target is not the home mark's.
+      const Angle reading = bench.go(pose)[axis];
       bench.light(bench.main_channel());
-      record.homings.push_back(scale.angle(mirror.must_look("an axis homed").pixel));
+      record.homings.push_back(reference.seen(mirror.must_look("an axis homed").pixel) - reading);
     }
     seen.axes.push_back(std::move(record));
   }
@@ -71,15 +81,15 @@ Observations look_at_backlash(Bench& bench) {
       bench.tell("target", done++, all);
       const rig::Joints target = tilts ? mirror.bisecting(kArm, {}, Angle::from_degrees(at_deg))
                                        : mirror.bisecting(Angle::from_degrees(at_deg));
-      const AxisScale scale = scale_at(bench, mirror, target, axis);
+      const Reference reference = reference_at(bench, mirror, target, axis);
       for (int i = 0; i < 2 * bench.settings().approaches; ++i) {
         const bool rising = i % 2 == 0;
         rig::Joints aside = target;
         aside[axis] = target[axis] + (rising ? -1.0 : 1.0) * kApproachFrom;
         bench.go(aside);
-        bench.go(target);
-        const Angle observed = scale.angle(mirror.must_look("an axis at its target").pixel);
-        record.approaches.push_back({target[axis], rising, target[axis] + observed});
+        const Angle reading = bench.go(target)[axis];
+        const Angle observed = reference.seen(mirror.must_look("an axis at its target").pixel);
+        record.approaches.push_back({target[axis], rising, reading, observed});
       }
     }
     seen.axes.push_back(std::move(record));
@@ -95,7 +105,7 @@ Observations look_at_settling(Bench& bench) {
   for (const char* name : kNames) {
     bench.tell("axis", done++, kNames.size());
     const std::size_t axis = bench.axis(name);
-    const AxisScale scale = scale_at(bench, mirror, pose, axis);
+    const Reference reference = reference_at(bench, mirror, pose, axis);
     rig::Joints away = pose;
     away[axis] = pose[axis] + kLongMove;
     bench.go(away);
@@ -109,7 +119,7 @@ Observations look_at_settling(Bench& bench) {
       if (!found) continue;
       record.settling.push_back(
           {std::chrono::duration<double>(frame.exposure_start - arrived).count(),
-           scale.angle(found->pixel)});
+           reference.scale.angle(found->pixel)});
     }
     seen.axes.push_back(std::move(record));
   }

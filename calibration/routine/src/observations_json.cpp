@@ -12,7 +12,8 @@ using Json = nlohmann::ordered_json;
 using json::JsonFields;
 
 constexpr const char* kFormat = "gonio-calibration-observations";
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
+constexpr std::int64_t kMaxHomings = 1'000'000'000;
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 31;
 
 // Angles are kept in radians, as they are in memory, so that they read back exactly.
@@ -72,6 +73,7 @@ Json axis_json(const AxisRecord& record) {
                               [](const sensor::Approach& a, Json& v) {
                                 v.push_back(a.target.radians());
                                 v.push_back(a.rising ? 1 : 0);
+                                v.push_back(a.reading.radians());
                                 v.push_back(a.observed.radians());
                               })},
           {"settling", flat(record.settling, [](const sensor::AngleReading& r, Json& v) {
@@ -85,9 +87,9 @@ AxisRecord axis_of(JsonFields& fields) {
   record.axis = fields.text("axis");
   each_flat<1>(fields, "homings_rad",
                [&](const double* v) { record.homings.push_back(Angle::from_radians(v[0])); });
-  each_flat<3>(fields, "approaches", [&](const double* v) {
-    record.approaches.push_back(
-        {Angle::from_radians(v[0]), v[1] != 0.0, Angle::from_radians(v[2])});
+  each_flat<4>(fields, "approaches", [&](const double* v) {
+    record.approaches.push_back({Angle::from_radians(v[0]), v[1] != 0.0, Angle::from_radians(v[2]),
+                                 Angle::from_radians(v[3])});
   });
   each_flat<2>(fields, "settling", [&](const double* v) {
     record.settling.push_back({v[0], Angle::from_radians(v[1])});
@@ -198,6 +200,7 @@ std::string to_json(const std::string& step, const Observations& seen) {
       {"format", kFormat},
       {"version", kVersion},
       {"step", step},
+      {"homing", seen.homing},
       {"axes", list(seen.axes, axis_json)},
       {"lamp", flat(seen.lamp,
                     [](const sensor::LampReading& r, Json& v) {
@@ -256,6 +259,7 @@ Observations observations_from_json(const std::string& text, const std::string& 
     throw DataFormatError(place, "step", fmt::format("found {:?}, expected {:?}", found, step));
   }
   Observations seen;
+  seen.homing = static_cast<int>(fields.whole("homing", 0, kMaxHomings));
   fields.each_object("axes", [&](JsonFields& each) { seen.axes.push_back(axis_of(each)); });
   each_flat<2>(fields, "lamp", [&](const double* v) { seen.lamp.push_back({v[0], v[1]}); });
   if (!fields.is_null("darks")) {

@@ -133,8 +133,9 @@ void Routine::read() {
     if (result == nullptr || state_of(name) == instrument::StepState::stale) continue;
     Findings findings = findings_;
     try {
-      require_passed(
-          evaluate(name, read_observations(*result, folder_), nominal_, settings_, findings));
+      const Observations seen = read_observations(*result, folder_);
+      last_homing_ = std::max(last_homing_, seen.homing);
+      require_passed(evaluate(name, seen, nominal_, settings_, findings));
       findings_ = std::move(findings);
     } catch (const StepRefused&) {
       // With other settings, a chart of other values say, it may not: then it has to be taken.
@@ -191,11 +192,15 @@ const instrument::StepResult& Routine::take(const std::string& name,
     } else {
       guarded.home_all();
       homed_ = true;
+      ++last_homing_;
     }
     Bench bench(guarded, known, settings_, [&](const std::string& what, double fraction) {
       if (progress) progress({name, what, fraction});
     });
     seen = look(name, bench);
+    // It homes the axes many times: what others see is after the last of them.
+    if (name == "homing") ++last_homing_;
+    seen.homing = last_homing_;
   }
   if (name == "stray_light") seen.constant = findings_.fields->constant;
   if (name == "colour") seen.constant = findings_.white->constant;

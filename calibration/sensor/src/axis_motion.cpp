@@ -29,10 +29,16 @@ struct Arrivals {
   }
 };
 
+/// From one side, at one target.
+struct Side {
+  Arrivals about_target;
+  Arrivals about_reading;
+};
+
 struct TargetArrivals {
   double target = 0.0;
-  Arrivals rising;
-  Arrivals falling;
+  Side rising;
+  Side falling;
 };
 
 std::vector<TargetArrivals> by_target(std::span<const Approach> approaches) {
@@ -40,16 +46,21 @@ std::vector<TargetArrivals> by_target(std::span<const Approach> approaches) {
   for (const Approach& approach : approaches) {
     const double target = approach.target.radians();
     const double observed = approach.observed.radians();
+    const double reading = approach.reading.radians();
     constexpr double kTurns_rad = 1e4;  // more is no angle of an axis
-    if (!(std::abs(target) < kTurns_rad) || !(std::abs(observed) < kTurns_rad)) {
+    if (!(std::abs(target) < kTurns_rad) || !(std::abs(observed) < kTurns_rad) ||
+        !(std::abs(reading) < kTurns_rad)) {
       throw StepRefused(
-          fmt::format("{}: seen at {} deg for a target of {} deg, expected numbers: "
-                      "measure again",
-                      kRepeatStep, approach.observed.degrees(), approach.target.degrees()));
+          fmt::format("{}: seen at {} deg and read as {} deg for a target of {} deg, expected "
+                      "numbers: measure again",
+                      kRepeatStep, approach.observed.degrees(), approach.reading.degrees(),
+                      approach.target.degrees()));
     }
     TargetArrivals& entry = targets[std::llround(target / kSameTarget_rad)];
     entry.target = target;
-    (approach.rising ? entry.rising : entry.falling).add(observed - target);
+    Side& side = approach.rising ? entry.rising : entry.falling;
+    side.about_target.add(observed - target);
+    side.about_reading.add(observed - reading);
   }
   std::vector<TargetArrivals> sorted;
   for (const auto& [key, entry] : targets) sorted.push_back(entry);
@@ -64,12 +75,13 @@ void check_targets(const std::vector<TargetArrivals>& targets) {
                                   targets.size(), kTargets));
   }
   for (const TargetArrivals& target : targets) {
-    if (std::min(target.rising.count, target.falling.count) < kArrivals) {
-      throw StepRefused(
-          fmt::format("{}: {} arrivals from below and {} from above at {:.3f} deg, expected at "
-                      "least {} of each",
-                      kRepeatStep, target.rising.count, target.falling.count,
-                      Angle::from_radians(target.target).degrees(), kArrivals));
+    const double rising = target.rising.about_target.count;
+    const double falling = target.falling.about_target.count;
+    if (std::min(rising, falling) < kArrivals) {
+      throw StepRefused(fmt::format(
+          "{}: {} arrivals from below and {} from above at {:.3f} deg, expected at "
+          "least {} of each",
+          kRepeatStep, rising, falling, Angle::from_radians(target.target).degrees(), kArrivals));
     }
   }
 }
@@ -87,7 +99,8 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
   check_targets(targets);
 
   Repeatability result;
-  double squares = 0.0;
+  double squares_about_target = 0.0;
+  double squares_about_reading = 0.0;
   double freedom = 0.0;
   double inverse_counts = 0.0;
   double inverse_rising = 0.0;
@@ -97,20 +110,25 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
   double offset = 0.0;
   const auto count = static_cast<double>(targets.size());
   for (const TargetArrivals& target : targets) {
-    squares += target.rising.squares + target.falling.squares;
-    freedom += target.rising.count + target.falling.count - 2.0;
-    inverse_counts += 1.0 / target.rising.count + 1.0 / target.falling.count;
-    inverse_rising += 1.0 / target.rising.count;
-    plays.push_back(target.falling.mean - target.rising.mean);
-    offsets.push_back(target.rising.mean);
+    const Arrivals& rising = target.rising.about_reading;
+    const Arrivals& falling = target.falling.about_reading;
+    squares_about_target +=
+        target.rising.about_target.squares + target.falling.about_target.squares;
+    squares_about_reading += rising.squares + falling.squares;
+    freedom += rising.count + falling.count - 2.0;
+    inverse_counts += 1.0 / rising.count + 1.0 / falling.count;
+    inverse_rising += 1.0 / rising.count;
+    plays.push_back(falling.mean - rising.mean);
+    offsets.push_back(target.rising.about_target.mean);
     result.backlash_at_targets.push_back(Angle::from_radians(plays.back()));
     play += plays.back() / count;
     offset += offsets.back() / count;
   }
-  const double sigma = std::sqrt(squares / freedom);
+  const double sigma = std::sqrt(squares_about_target / freedom);
+  const double about_reading = std::sqrt(squares_about_reading / freedom);
   // Two ways to the sigma: by the arrivals, and by what the targets disagree. A play that differs
   // along the axis shows in the second only.
-  const double by_arrivals = sigma * std::sqrt(inverse_counts) / count;
+  const double by_arrivals = about_reading * std::sqrt(inverse_counts) / count;
   const double by_targets = sd_of(plays) / std::sqrt(count);
   constexpr double kDiffers = 2.0;  // of few targets, less is chance
   const double play_sigma = by_targets > kDiffers * by_arrivals ? by_targets : by_arrivals;
@@ -124,8 +142,12 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
         kRepeatStep, Angle::from_radians(play).degrees()));
   }
   result.backlash = {Angle::from_radians(play), Angle::from_radians(play_sigma)};
-  result.unidirectional = {Angle::from_radians(sigma),
-                           Angle::from_radians(sigma / std::sqrt(2.0 * freedom))};
+  const auto sd = [&](double value) {
+    return AngleEstimate{Angle::from_radians(value),
+                         Angle::from_radians(value / std::sqrt(2.0 * freedom))};
+  };
+  result.unidirectional = sd(sigma);
+  result.about_reading = sd(about_reading);
   result.bidirectional = Angle::from_radians(std::hypot(sigma, 0.5 * play));
   result.offset = {Angle::from_radians(offset), Angle::from_radians(offset_sigma)};
   constexpr double kMaxBacklash_deg = 0.1;  // calibration routine, step 3

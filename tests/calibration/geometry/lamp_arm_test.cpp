@@ -7,93 +7,30 @@
 #include <limits>
 
 #include "gonio/calibration/result/step_refused.h"
-#include "synthetic_rig.h"
+#include "mirror_views.h"
 
 namespace gonio::calibration::geometry {
 namespace {
 
+using test::found_stage;
+using test::hidden_mirror;
 using test::hidden_rig;
+using test::HiddenMirror;
 using test::HiddenRig;
 using test::joints_deg;
+using test::mirror_views;
 using test::Scale;
+using test::usual_mount;
+using test::with_jitter;
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::ThrowsMessage;
 
-constexpr double kMirrorOffset_mm = 2.0;
-
-/// A mirror that lies on the board's plane, raised, and tilted in its mount.
-struct HiddenMirror {
-  double offset_mm;
-  Eigen::Vector3d tilt_deg;  // in the board's plane
-};
-
-HiddenMirror hidden_mirror(std::uint64_t seed, const MirrorMount& mount) {
-  random::Stream stream(random::make_key(seed, "mirror"));
-  const double offset = mount.offset_mm + mount.u_offset_mm * stream.normal();
-  const double x = mount.u_tilt.degrees() * stream.normal();
-  const double y = mount.u_tilt.degrees() * stream.normal();
-  return {offset, {x, y, 0.0}};
-}
-
-/// Arm 20 to 160 deg, `tilts` mirror poses near the bisector at each; those of which the lamp's
-/// image falls into the picture.
-std::vector<MirrorView> mirror_views(const HiddenRig& hidden, const HiddenMirror& mirror,
-                                     std::uint64_t seed, bool both_ways, double noise_px = 0.1,
-                                     double u_joint_deg = 0.002) {
-  random::Stream stream(random::make_key(seed, "mirror views"));
-  std::vector<MirrorView> views;
-  for (int arm = 20; arm <= 160; arm += 10) {
-    for (int k = 0; k < 8; ++k) {
-      const rig::Joints readings =
-          joints_deg(arm, 0.5 * arm + test::uniform(stream, 3.0), test::uniform(stream, 2.5));
-      const rig::Joints joints = test::stood(readings, u_joint_deg, stream);
-      const bool turned = both_ways && k % 2 == 1;
-      const Eigen::Isometry3d world_from_board = test::world_from_board(hidden, joints);
-      const Eigen::Vector3d inwards =
-          world_from_board.linear() *
-          test::turn(turned ? Eigen::Vector3d(-mirror.tilt_deg) : mirror.tilt_deg) *
-          Eigen::Vector3d::UnitZ();
-      const Eigen::Vector3d point = world_from_board * Eigen::Vector3d(0.0, 0.0, -mirror.offset_mm);
-      const auto pose = rig::forward(hidden.rig, joints);
-      const Eigen::Vector3d lamp = pose.world_from_lamp.translation();
-      const Eigen::Vector3d image = lamp - 2.0 * inwards.dot(lamp - point) * inwards;
-      Eigen::Vector2d pixel = hidden.camera.project(pose.world_from_camera.inverse() * image);
-      pixel.x() += noise_px * stream.normal();
-      pixel.y() += noise_px * stream.normal();
-      const bool inside = pixel.x() > 0.0 && pixel.y() > 0.0 &&
-                          pixel.x() < hidden.camera.width_px && pixel.y() < hidden.camera.height_px;
-      if (inside) views.push_back({readings, pixel, turned});
-    }
-  }
-  return views;
-}
-
 Eigen::Vector3d true_lamp(const HiddenRig& hidden, double arm_deg) {
   return test::gauge_from_hidden(hidden) *
          rig::forward(hidden.rig, joints_deg(arm_deg, 0.0, 0.0)).world_from_lamp.translation();
-}
-
-StageAxes found_stage(const HiddenRig& hidden, std::uint64_t seed,
-                      const rig::RigDescription& nominal = rig::la2()) {
-  StageAxesOptions options;
-  options.u_joint = Angle::from_degrees(0.002);
-  return fit_stage_axes(nominal, test::known_camera(hidden.camera, seed),
-                        test::stage_views(hidden, seed, 0.1, 0.002), options);
-}
-
-LampArmOptions with_jitter() {
-  LampArmOptions options;
-  options.u_joint = Angle::from_degrees(0.002);
-  return options;
-}
-
-MirrorMount usual_mount() {
-  MirrorMount mount;
-  mount.offset_mm = kMirrorOffset_mm;
-  return mount;
 }
 
 class LampArmOfScale : public ::testing::TestWithParam<Scale> {};

@@ -131,7 +131,7 @@ TEST(ZeroOffsets, AreFoundFromPeaksOfAMirror) {
   for (const std::uint64_t seed : {1U, 2U, 3U}) {
     const MovedZeros moved = moved_zeros(seed, kMount.degrees());
     const ZeroOffsets found =
-        fit_zero_offsets(moved.believed, mirror_peaks(moved, seed, true), kMount);
+        fit_zero_offsets({moved.believed, {}}, mirror_peaks(moved, seed, true), kMount);
     constexpr double kBar_deg = 0.01;  // specification, 3.8
     EXPECT_NEAR(found.azimuth.degrees(), moved.offsets_deg[0], kBar_deg);
     EXPECT_NEAR(found.tilt.degrees(), moved.offsets_deg[1], kBar_deg);
@@ -150,11 +150,11 @@ TEST(ZeroOffsets, StateTheirUncertainty) {
   for (std::uint64_t seed = 300; seed < 324; ++seed) {
     const MovedZeros moved = moved_zeros(seed, kMount.degrees(), kLamp_deg);
     PeakFitOptions options;
-    options.one_sigma_rigs = {moved.believed};
-    options.one_sigma_rigs[0].lamp.links[0].offset += Angle::from_degrees(kLamp_deg);
+    options.one_sigma_rigs = {{moved.believed, {}}};
+    options.one_sigma_rigs[0].rig.lamp.links[0].offset += Angle::from_degrees(kLamp_deg);
     for (const bool both_ways : {true, false}) {
-      const ZeroOffsets found =
-          fit_zero_offsets(moved.believed, mirror_peaks(moved, seed, both_ways), kMount, options);
+      const ZeroOffsets found = fit_zero_offsets(
+          {moved.believed, {}}, mirror_peaks(moved, seed, both_ways), kMount, options);
       const auto sigma_deg = [&](Eigen::Index k) {
         return Angle::from_radians(std::sqrt(found.covariance(k, k))).degrees();
       };
@@ -167,11 +167,35 @@ TEST(ZeroOffsets, StateTheirUncertainty) {
   EXPECT_LE(coverage.fraction(), 0.99);
 }
 
+TEST(ZeroOffsets, PassOnWhatTheyAreUncertainBy) {
+  const MovedZeros moved = moved_zeros(7, kMount.degrees());
+  PeakFitOptions options;
+  options.one_sigma_rigs = {{moved.believed, {}}};
+  options.one_sigma_rigs[0].rig.lamp.links[0].offset += Angle::from_degrees(0.01);
+  options.one_sigma_rigs[0].camera.fx_px = 1234.0;
+  // A zero of the stage that the peaks give anew: what it was off by is not known of any more.
+  options.one_sigma_rigs.push_back({moved.believed, {}});
+  options.one_sigma_rigs[1].rig.sample.links[0].offset += Angle::from_degrees(0.05);
+  const ZeroOffsets found =
+      fit_zero_offsets({moved.believed, {}}, mirror_peaks(moved, 7, true), kMount, options);
+  ASSERT_EQ(found.one_sigma_rigs.size(), 4U);
+  EXPECT_EQ(found.one_sigma_rigs[0].camera.fx_px, 1234.0);
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (const CalibratedRig& other : found.one_sigma_rigs) {
+    const auto off = [&](std::size_t link) {
+      return (other.rig.sample.links[link].offset - found.rig.sample.links[link].offset).radians();
+    };
+    sum += Eigen::Vector2d(off(0), off(1)) * Eigen::RowVector2d(off(0), off(1));
+  }
+  EXPECT_LT((sum - found.covariance).norm(), 1e-6 * found.covariance.norm());
+  EXPECT_LT(std::sqrt(sum(0, 0)), Angle::from_degrees(0.02).radians());
+}
+
 TEST(ZeroOffsets, OwnUpToAMirrorThatWasNotTurned) {
   const MovedZeros moved = moved_zeros(4, kMount.degrees());
   const auto sigma_deg = [&](bool both_ways) {
     const ZeroOffsets found =
-        fit_zero_offsets(moved.believed, mirror_peaks(moved, 4, both_ways), kMount);
+        fit_zero_offsets({moved.believed, {}}, mirror_peaks(moved, 4, both_ways), kMount);
     return Angle::from_radians(std::sqrt(found.covariance(0, 0))).degrees();
   };
   EXPECT_LT(sigma_deg(true), 0.003);

@@ -103,6 +103,49 @@ TEST(LampField, ReportedSigmasCoverWhatAViewIsOffByAsAWhole) {
   EXPECT_LT(share, 0.99);
 }
 
+/// ln of the constants, the field's and the lens' coefficients, as FieldFit::covariance has them.
+Eigen::VectorXd parameters_of(const FieldFit& fit) {
+  Eigen::VectorXd all(11);
+  const auto& field = fit.lamp_field;
+  const auto& lens = fit.vignetting;
+  all << std::log(fit.constant[0]), std::log(fit.constant[1]), std::log(fit.constant[2]), field.c10,
+      field.c01, field.c20, field.c11, field.c02, lens.v1, lens.v2, lens.v3;
+  return all;
+}
+
+TEST(LampField, FollowsRigAndLensThatItIsNotSureOf) {
+  const std::vector<WhiteView> views = views_of(true_instrument(), 0.001, 7);
+  instrument::Instrument known = started_with();
+  CalibratedRig other{known.rig, known.camera};
+  other.rig.lamp.home_pose.translation() += Eigen::Vector3d(0.5, 0.3, -0.4);  // mm
+  other.camera.cx_px += 0.5;
+  const FieldFit sure = fit_fields(known, views);
+  const FieldFit unsure = fit_fields(known, views, {other});
+  known.rig = other.rig;
+  known.camera = other.camera;
+  const Eigen::VectorXd moved = parameters_of(fit_fields(known, views)) - parameters_of(sure);
+  const Eigen::MatrixXd more = unsure.covariance - sure.covariance;
+  EXPECT_LT((more - moved * moved.transpose()).norm(), 0.03 * moved.squaredNorm());
+  EXPECT_GT(unsure.field_sigma, 1.05 * sure.field_sigma);
+}
+
+TEST(LampField, WhatTheRigExplainsIsNotCountedTwice) {
+  // The rig is off by what it is said to be uncertain by, which the means of the views show.
+  instrument::Instrument truth = true_instrument();
+  truth.rig.sample.links[0].offset += Angle::from_degrees(0.3);
+  const std::vector<WhiteView> views = views_of(truth, 0.0002, 9);
+  instrument::Instrument known = started_with();
+  const FieldFit unexplained = fit_fields(known, views);
+  const FieldFit explained = fit_fields(known, views, {{truth.rig, truth.camera}});
+  known.rig = truth.rig;
+  const Eigen::VectorXd moved = parameters_of(fit_fields(known, views)) - parameters_of(explained);
+  const Eigen::VectorXd rest = explained.covariance.diagonal() - moved.cwiseAbs2();
+  const Eigen::VectorXd before = unexplained.covariance.diagonal();
+  // The fields' own noise stays, what the views are off by each on its own goes.
+  EXPECT_LT(rest.head<3>().sum(), 0.5 * before.head<3>().sum());
+  EXPECT_GT(rest.minCoeff(), -0.05 * before.minCoeff());
+}
+
 TEST(LampField, OnePoseCannotTellLampFromLens) {
   random::Stream noise(random::make_key(1, "one pose"));
   const std::vector<WhiteView> views{

@@ -22,6 +22,12 @@ rig::Joints deg(double arm, double azimuth, double tilt) {
   return {Angle::from_degrees(arm), Angle::from_degrees(azimuth), Angle::from_degrees(tilt)};
 }
 
+/// A zero's, of one homing, which is compared with the truth: the mean of all.
+double with_homing(double variance, const Findings& found, const std::string& axis) {
+  const double homing = homing_scatter(found, axis).radians();
+  return variance + homing * homing;
+}
+
 }  // namespace
 
 rig::Joints true_joints(const sim::SimOptions& truth, const rig::Joints& readings) {
@@ -72,9 +78,12 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
                                                            truth.rig.sample.links[1].direction),
                  between.sigma.degrees(), 1, 0.01 * angles});
 
-  // Of this homing, which is compared: u_normal of the constants is of any.
+  const Eigen::Matrix2d& zeros = found.zeros.value().covariance;
+  const double azimuth_variance = with_homing(zeros(0, 0), found, "azimuth");
+  const double tilt_variance = with_homing(zeros(1, 1), found, "tilt");
+  // Of this homing: u_normal of the constants is of a session's.
   const Angle datum_sigma =
-      Angle::from_radians(std::sqrt(0.5 * found.zeros.value().covariance.trace()));
+      Angle::from_radians(std::sqrt(0.5 * (azimuth_variance + tilt_variance)));
   for (const auto& readings : {deg(60, 0, 0), deg(60, 30, 10), deg(60, -30, 30)}) {
     const Eigen::Vector3d normal =
         rig::forward(instrument.rig, readings).world_from_sample.linear().col(2);
@@ -87,20 +96,23 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
                    0.01 * angles});
     if (readings[1].radians() != 0.0) continue;
     const auto heading = [](const Eigen::Vector3d& n) { return std::atan2(n.y(), n.x()); };
-    const auto& zeros = found.zeros.value().covariance;
     all.push_back({"azimuth zero", "deg",
                    Angle::from_radians(heading(normal) - heading(really)).degrees(),
-                   Angle::from_radians(std::sqrt(zeros(0, 0))).degrees(), 1, 0.01 * angles});
+                   Angle::from_radians(std::sqrt(azimuth_variance)).degrees(), 1, 0.01 * angles});
     all.push_back({"tilt zero", "deg",
                    Angle::from_radians(std::asin(normal.z()) - std::asin(really.z())).degrees(),
-                   Angle::from_radians(std::sqrt(zeros(1, 1))).degrees(), 1, 0.01 * angles});
+                   Angle::from_radians(std::sqrt(tilt_variance)).degrees(), 1, 0.01 * angles});
   }
+  geometry::LampArm lamp = found.lamp_arm.value();
+  double& arm_variance =
+      lamp.covariance(geometry::lamp_parameter::kOffset, geometry::lamp_parameter::kOffset);
+  arm_variance = with_homing(arm_variance, found, "lamp_arm");
   for (const double arm_deg : {15.0, 50.0, 85.0, 120.0, 155.0}) {
     const auto readings = deg(arm_deg, 0, 0);
     const Eigen::Vector3d really =
         to_gauge *
         rig::forward(truth.rig, true_joints(truth, readings)).world_from_lamp.translation();
-    const auto wi = geometry::lamp_direction(found.lamp_arm.value(), readings[0]);
+    const auto wi = geometry::lamp_direction(lamp, readings[0]);
     all.push_back({fmt::format("wi at {:g} deg", arm_deg), "deg",
                    degrees_between(wi.direction, really), wi.sigma().degrees(), 2, 0.02 * angles});
   }
@@ -109,7 +121,7 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
       (to_gauge *
        rig::forward(truth.rig, true_joints(truth, at_home)).world_from_lamp.translation())
           .norm();
-  const auto distance = geometry::lamp_distance(found.lamp_arm.value(), at_home[0]);
+  const auto distance = geometry::lamp_distance(lamp, at_home[0]);
   all.push_back({"lamp distance", "", distance.value_mm / distance_mm - 1.0,
                  distance.sigma_mm / distance_mm, 1, 0.003});
   for (std::size_t i = 0; i < truth.rig.axes.size(); ++i) {

@@ -14,7 +14,10 @@ namespace {
 using namespace gonio::literals;
 using testing::HasSubstr;
 
-/// A shaft dragged through its play by a motor: nine targets, five times from either side.
+constexpr double kReading_deg = 0.0004;
+
+/// A shaft dragged through its play by a motor that ends beside its target, which the encoder on it
+/// reads with a scatter of kReading_deg: nine targets, five times from either side.
 std::vector<Approach> approaches(double play_deg, double sigma_deg, std::uint64_t seed,
                                  double zero_deg = 0.02) {
   random::Stream stream(random::make_key(seed, "axis"));
@@ -29,8 +32,10 @@ std::vector<Approach> approaches(double play_deg, double sigma_deg, std::uint64_
       for (const bool rising : {true, false}) {
         drive(target + (rising ? -1.0 : 1.0));
         drive(target);
+        const double beside_deg = sigma_deg * stream.normal();
         out.push_back({Angle::from_degrees(target), rising,
-                       Angle::from_degrees(shaft + zero_deg + sigma_deg * stream.normal())});
+                       Angle::from_degrees(target + beside_deg + kReading_deg * stream.normal()),
+                       Angle::from_degrees(shaft + zero_deg + beside_deg)});
       }
     }
   }
@@ -40,7 +45,8 @@ std::vector<Approach> approaches(double play_deg, double sigma_deg, std::uint64_
 TEST(Repeatability, FindsBacklashAndScatter) {
   const auto found = fit_repeatability(approaches(0.05, 0.0036, 1));
   EXPECT_NEAR(found.backlash.value.degrees(), 0.05, 0.005);  // the tolerance
-  EXPECT_LT(found.backlash.sigma.degrees(), 0.0016);
+  EXPECT_LT(found.backlash.sigma.degrees(), 0.0002);         // where moves end is not in it
+  EXPECT_NEAR(found.about_reading.value.degrees() / kReading_deg, 1.0, 0.3);
   EXPECT_NEAR(found.unidirectional.value.degrees() / 0.0036, 1.0, 0.3);
   EXPECT_NEAR(found.bidirectional.degrees(), 0.0253, 0.002);  // hypot(0.0036, 0.025)
   EXPECT_NEAR(found.offset.value.degrees(), 0.02 - 0.025, 0.003);
@@ -55,6 +61,7 @@ TEST(Repeatability, SigmasCoverTheTruth) {
   constexpr int kDraws = 1000;
   int play_inside = 0;
   int sigma_inside = 0;
+  int reading_inside = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
     const auto found =
         fit_repeatability(approaches(0.05, 0.0036, 100 + static_cast<std::uint64_t>(draw)));
@@ -63,12 +70,15 @@ TEST(Repeatability, SigmasCoverTheTruth) {
     };
     if (within(found.backlash, 0.05)) ++play_inside;
     if (within(found.unidirectional, 0.0036)) ++sigma_inside;
+    if (within(found.about_reading, kReading_deg)) ++reading_inside;
   }
   // 93 to 97 % of that many independent draws.
   EXPECT_GE(play_inside, kDraws * 93 / 100);
   EXPECT_LE(play_inside, kDraws * 97 / 100);
   EXPECT_GE(sigma_inside, kDraws * 93 / 100);
   EXPECT_LE(sigma_inside, kDraws * 97 / 100);
+  EXPECT_GE(reading_inside, kDraws * 93 / 100);
+  EXPECT_LE(reading_inside, kDraws * 97 / 100);
 }
 
 TEST(Repeatability, PlayThatDiffersAlongTheAxisWidensItsSigma) {

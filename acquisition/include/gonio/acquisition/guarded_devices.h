@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "gonio/acquisition/session.h"
 
@@ -69,7 +70,7 @@ class GuardedDevices {
   enum class Again { after_all, not_after_timeout };
   void retrying(const std::function<void()>& call, Again again = Again::after_all);
   void home(devices::RotationStage& stage);
-  rig::Joints start_of_move();
+  rig::Joints start_of_move(const rig::Joints& target);
   void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);
   void read_back_together();
@@ -84,6 +85,8 @@ class GuardedDevices {
   rig::Joints joints_;
   rig::Joints last_reading_;
   rig::Joints sent_;  ///< where the axes were sent last; after an error, where they stood
+  /// Of each axis: it came to where it stands from its one side. Not known after homing, say.
+  std::vector<bool> approached_;
   std::stop_callback<std::function<void()>> on_stop_;
 };
 

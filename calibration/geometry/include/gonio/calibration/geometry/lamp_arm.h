@@ -7,6 +7,7 @@
 
 #include "gonio/calibration/geometry/estimates.h"
 #include "gonio/calibration/geometry/stage_axes.h"
+#include "gonio/calibration/result/calibrated_rig.h"
 
 namespace gonio::calibration::geometry {
 
@@ -83,9 +84,9 @@ DirectionEstimate lamp_direction(const LampArm& lamp, Angle reading);
 Angle worst_direction_sigma(const LampArm& lamp);
 
 /// Rigs that differ from the one found (`stage` with the lamp's chain of `lamp`) by one standard
-/// deviation of an independent error of stage and lamp each. What is found with the whole rig moves
-/// with them, and the sum of the squares of how far is its variance.
-std::vector<rig::RigDescription> one_sigma_rigs(const StageAxes& stage, const LampArm& lamp);
+/// deviation of an independent error of stage, lens and lamp each. What is found with the whole rig
+/// moves with them, and the sum of the squares of how far is its variance.
+std::vector<CalibratedRig> one_sigma_rigs(const StageAxes& stage, const LampArm& lamp);
 /// Its distance from the world's origin.
 LengthEstimate lamp_distance(const LampArm& lamp, Angle reading);
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gonio/calibration/geometry/peak_scan.h"
+#include "gonio/calibration/result/calibrated_rig.h"
 
 namespace gonio::calibration::geometry {
 
@@ -13,7 +14,7 @@ struct PeakFitOptions {
   /// What the rig itself is uncertain by: rigs that differ from the one given by one standard
   /// deviation of an independent error each (one_sigma_rigs()). The result follows half an error of
   /// the lamp arm's zero, say, and its covariance says so.
-  std::vector<rig::RigDescription> one_sigma_rigs;
+  std::vector<CalibratedRig> one_sigma_rigs;
   Angle min_arm_separation = Angle::from_degrees(10.0);  ///< between two peaks at least
   /// Peaks that contradict each other by more (rms per axis) are refused.
   Angle max_disagreement = Angle::from_degrees(0.1);
@@ -28,17 +29,22 @@ struct ZeroOffsets {
   double chi2_per_dof = 0.0;   ///< of the peaks about the result
   /// What each peak still is off by, as slopes; against the arm it shows the arm's eccentricity.
   std::vector<Eigen::Vector2d> residuals;
+  /// Those of the options with the zeros that the peaks give them, then the rig found with its
+  /// zeros off by what the peaks themselves leave open: independent errors of all that is known by
+  /// now.
+  std::vector<CalibratedRig> one_sigma_rigs;
 };
 
 /// Zeros from peaks of a flat mirror at several lamp-arm angles, by weighted least squares.
 ///
+/// `found`         The rig so far, and its lens, which is passed on.
 /// `u_mount_tilt`  Standard deviation of the mirror's tilt in its mount about each axis. Like an
 ///                 error of the zeros to peaks of one kind; peaks with the mirror turned (half of
 ///                 them, see Peak::turned) tell it apart.
 /// Threads         Any.
 /// Errors          StepRefused: no LA-2, fewer than two peaks, arm angles too near, peaks that
 ///                 contradict each other.
-ZeroOffsets fit_zero_offsets(const rig::RigDescription& rig, std::span<const Peak> peaks,
+ZeroOffsets fit_zero_offsets(const CalibratedRig& found, std::span<const Peak> peaks,
                              Angle u_mount_tilt, const PeakFitOptions& options = {});
 
 /// How a sample's normal leans in its mount.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gonio/calibration/radiometry/white_view.h"
+#include "gonio/calibration/result/calibrated_rig.h"
 
 namespace gonio::calibration {
 
@@ -12,10 +13,13 @@ namespace gonio::calibration {
 struct FieldFit {
   instrument::LampField lamp_field;
   instrument::Vignetting vignetting;
-  std::array<double, 3> constant{};        ///< C per channel in DN/s mm^2 sr per unit of monitor
-  /// Of ln C per channel that was seen (in channel order), c10 c01 c20 c11 c02, v1 v2 v3; scaled by
-  /// the residuals where they are larger than the sigmas said.
+  std::array<double, 3> constant{};  ///< C per channel in DN/s mm^2 sr per unit of monitor
+  /// Of ln C per channel that was seen (in channel order), c10 c01 c20 c11 c02, v1 v2 v3: of noise,
+  /// scaled by the residuals where they are larger than the sigmas said, of what all pixels of a
+  /// view are off by together, and of the geometry.
   Eigen::MatrixXd covariance;
+  /// Relative sd of field times falloff against their value on the axes; rms over the pixels seen.
+  double field_sigma = 0.0;
   double residual_rms = 0.0;  ///< relative
   double chi2_per_dof = 0.0;  ///< against the sigmas given
   int iterations = 0;
@@ -26,20 +30,15 @@ struct FieldFit {
 /// turn one against the other. v1, v2, v3 are known beforehand to be within 5, 10 and 30 of zero
 /// (1 sigma), as lenses are.
 ///
-/// `instrument`  gives geometry, white and where the fit starts.
+/// `instrument`      gives geometry, white and where the fit starts.
+/// `one_sigma_rigs`  What the geometry is uncertain by: rigs that differ from the instrument's by
+///                   one standard deviation of an independent error each. The covariance says how
+///                   far the fit would move with them, to first order.
 /// Throws   StepRefused: as require_white_views(); views that cannot tell lamp from lens: the
 ///          falloff's relative sd above `limit` somewhere (0.005 is what an instrument of one
 ///          percent can afford); a residual above `limit`, naming the worst view.
 /// Source   E = I cos theta / r^2 of a small source; linear in the field's coefficients.
 FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<WhiteView>& views,
-                    double limit = 0.005);
-
-/// What `fit` has from the uncertain geometry, in the order of FieldFit::covariance: how far it
-/// would move, to first order, were the rig not `middle` but each of `one_sigma_rigs`, which are
-/// off by one standard deviation of an independent error each.
-Eigen::MatrixXd covariance_from_rigs(const instrument::Instrument& instrument,
-                                     const std::vector<WhiteView>& views, const FieldFit& fit,
-                                     const rig::RigDescription& middle,
-                                     const std::vector<rig::RigDescription>& one_sigma_rigs);
+                    const std::vector<CalibratedRig>& one_sigma_rigs = {}, double limit = 0.005);
 
 }  // namespace gonio::calibration

@@ -33,8 +33,10 @@ struct WhiteConstant {
   double disagreement = 0.0;  ///< largest relative difference of two takes
 };
 
-/// What the steps have found so far; one not taken is empty.
+/// What the steps have found so far; one not taken is empty. Stage, lamp and zeros are those of the
+/// homing they were seen after, and their covariances say nothing of another: see homing_scatter().
 struct Findings {
+  std::map<std::string, int> seen_after;        ///< Observations::homing, by step
   std::map<std::string, AngleEstimate> homing;  ///< scatter, by axis
   std::map<std::string, sensor::Repeatability> repeatability;
   std::map<std::string, sensor::Settling> settling;
@@ -56,6 +58,11 @@ struct Findings {
   std::optional<ColourMatrix> colour;
   std::optional<Verification> verification;
 };
+
+/// Where an axis comes to stand about its reading: the largest of those found, or a usual one.
+Angle joint_scatter(const Findings& findings);
+/// Where an axis' zero comes to lie by one homing, as found or a usual one.
+Angle homing_scatter(const Findings& findings, const std::string& axis);
 
 /// What a step's observations come to, in terms of what is known already: fills its part of
 /// `findings` and returns parameters, covariance, residuals, checks and notes of the result; who

@@ -52,6 +52,9 @@ struct DarkSummary {
 /// looks at and leaves the rest empty. Kept beside the archive, so that any result can be had again
 /// from it, on another day and by another version.
 struct Observations {
+  /// Which homing of the axes it was seen after, counted in its folder: what two steps of one
+  /// number have seen stands on the same zeros. 0: the step moved nothing.
+  int homing = 0;
   std::vector<AxisRecord> axes;
   std::vector<sensor::LampReading> lamp;
   std::optional<DarkSummary> darks;

@@ -30,8 +30,8 @@ struct Progress {
 ///   raw/STEP-HASH.json what the step saw (Observations), by the first digits of its SHA-256
 struct Folder {
   std::filesystem::path path;
-  /// Nothing is written when it is opened: another process may be at work in it, whose newer archive
-  /// must not be written over with an older one.
+  /// Nothing is written when it is opened: another process may be at work in it, whose newer
+  /// archive must not be written over with an older one.
   bool read_only = false;
   std::filesystem::path archive() const { return path / "calibration.json"; }
   std::filesystem::path instrument() const { return path / "instrument.json"; }
@@ -100,6 +100,7 @@ class Routine {
   std::function<instrument::UtcSeconds()> now_;
   instrument::CalibrationArchive archive_;
   Findings findings_;
+  int last_homing_ = 0;  ///< the largest Observations::homing of the folder
   bool homed_ = false;
 };
 

@@ -13,12 +13,14 @@ namespace gonio::calibration::sensor {
 struct Approach {
   Angle target;
   bool rising = true;  ///< came from smaller angles
+  Angle reading;       ///< of the encoder, there
   Angle observed;
 };
 
 struct Repeatability {
   AngleEstimate backlash;                  ///< observed after falling minus after rising approaches
-  AngleEstimate unidirectional;            ///< sd of arrivals from one side
+  AngleEstimate unidirectional;            ///< sd of arrivals from one side about their target
+  AngleEstimate about_reading;             ///< sd of what was observed there about what was read
   Angle bidirectional;                     ///< hypot(unidirectional, backlash / 2)
   std::vector<Angle> backlash_at_targets;  ///< ascending in target
   /// Rising arrivals minus target, mean over the targets: where the axis really stands.
@@ -29,6 +31,8 @@ struct Repeatability {
 
 /// Backlash and repeatability of one axis (play model: the shaft follows within +-b/2).
 ///
+/// Method   Play is in what was observed less what was read: where a move ends beside its target is
+///          in both. So is it, for whoever uses the readings, not in how well an axis is known.
 /// Input    For each target at least two arrivals from either side; three targets at least.
 /// Threads  Any.
 /// Errors   StepRefused: too few targets or arrivals, angles that are no numbers, a backlash that
