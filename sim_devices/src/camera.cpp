@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "gonio/parallel/parallel.h"
+#include <span>
 
 namespace gonio::sim {
 
@@ -17,7 +16,6 @@ using Time = devices::Clock::Duration;
 
 namespace {
 
-constexpr std::size_t kCameraRows = 16;
 // Motion during an exposure: one picture per so much travel, within bounds of cost.
 constexpr double kBlurStepDeg = 0.1;
 constexpr int kMaxBlurSteps = 32;
@@ -93,16 +91,13 @@ devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
   const std::chrono::nanoseconds open = frame.exposure + options_.shutter_offset;
   const Time end = frame.exposure_start + open;
   const int lit = view_.light.lit();
-  const auto picture = [&] {
-    const std::vector<double> rates = electron_rates(frame.exposure_start, end, lit);
-    return sensor_.expose(rates, devices::to_seconds(open), noise);
-  };
   // What axes at rest will have shown is known now: in a world that runs by itself it is computed
   // while the exposure lasts, and once more should one of them have been started meanwhile.
   const bool foreseen = at_rest_during(frame.exposure_start, end);
-  if (foreseen) frame.pixels_dn = picture();
+  if (foreseen) frame.pixels_dn = picture(frame.exposure_start, end, lit, noise);
   view_.clock.wait_until(frame.exposure_start + frame.exposure + options_.readout);
-  if (!foreseen || !at_rest_during(frame.exposure_start, end)) frame.pixels_dn = picture();
+  if (!foreseen || !at_rest_during(frame.exposure_start, end))
+    frame.pixels_dn = picture(frame.exposure_start, end, lit, noise);
   return frame;
 }
 
@@ -114,13 +109,14 @@ bool SimCamera::at_rest_during(Time start, Time end) const {
       [&](const std::unique_ptr<Joint>& joint) { return joint->at_rest_during(start, end); });
 }
 
-std::vector<double> SimCamera::electron_rates(Time start, Time end, int lit) {
+std::vector<std::uint16_t> SimCamera::picture(Time start, Time end, int lit, std::uint64_t noise) {
   // How much of the three bands' radiance a pixel of each colour takes up; a mono sensor is one
   // colour that takes everything.
   const bool bayer = options_.pixel_format != PixelFormat::mono;
   std::array<std::array<double, 3>, 3> uptake{};
   std::array<double, 3> everywhere{};  // light that reaches every pixel
   everywhere.fill(ambient_radiance_);
+  Bands bands{};
   std::shared_ptr<const RadianceImage> scene;
   if (lit != SimLightSource::kDark) {
     const auto channel = static_cast<std::size_t>(lit);
@@ -132,35 +128,47 @@ std::vector<double> SimCamera::electron_rates(Time start, Time end, int lit) {
             share * output * lamp_.channels[channel].intensity_w_per_sr[static_cast<int>(band)];
         everywhere[colour] +=
             lamp_.stray_fraction * renderer_.white_radiance() * uptake[colour][band];
+        bands[band] = bands[band] || uptake[colour][band] != 0.0;
       }
     }
-    scene = scene_during(start, end);
+    scene = scene_during(start, end, bands);
   }
 
   const auto width = static_cast<std::size_t>(options_.width_px);
-  const auto height = static_cast<std::size_t>(options_.height_px);
-  std::vector<double> rates(width * height);
-  parallel::for_each_block(0, height, kCameraRows, [&](std::size_t begin, std::size_t end_row) {
-    for (std::size_t row = begin; row < end_row; ++row) {
-      for (std::size_t column = 0; column < width; ++column) {
-        const std::size_t pixel = row * width + column;
-        const auto colour =
-            static_cast<std::size_t>(bayer_colour(options_.pixel_format, row, column));
-        double radiance = everywhere[colour];
-        for (std::size_t band = 0; scene && band < 3; ++band) {
-          radiance += uptake[colour][band] * scene->planes[band][pixel];
+  const auto rates = [&](std::size_t first, std::span<double> electrons_per_s) {
+    const std::size_t count = electrons_per_s.size();
+    for (std::size_t i = 0; i < count; ++i) {
+      electrons_per_s[i] =
+          everywhere[bayer ? static_cast<std::size_t>(bayer_colour(
+                                 options_.pixel_format, (first + i) / width, (first + i) % width))
+                           : 0];
+    }
+    for (std::size_t band = 0; band < 3; ++band) {
+      if (!bands[band]) continue;
+      const float* const radiance = scene->planes[band].data() + first;
+      if (bayer) {
+        for (std::size_t i = 0; i < count; ++i) {
+          const auto colour = static_cast<std::size_t>(
+              bayer_colour(options_.pixel_format, (first + i) / width, (first + i) % width));
+          electrons_per_s[i] += uptake[colour][band] * radiance[i];
         }
-        rates[pixel] =
-            options_.responsivity_e_per_s * renderer_.lens().vignetting(pixel) * radiance;
+      } else {
+        for (std::size_t i = 0; i < count; ++i) {
+          electrons_per_s[i] += uptake[0][band] * radiance[i];
+        }
       }
     }
-  });
-  return rates;
+    for (std::size_t i = 0; i < count; ++i) {
+      electrons_per_s[i] *= options_.responsivity_e_per_s * renderer_.lens().vignetting(first + i);
+    }
+  };
+  return sensor_.expose(rates, devices::to_seconds(end - start), noise);
 }
 
-std::shared_ptr<const RadianceImage> SimCamera::scene_during(Time start, Time end) {
+std::shared_ptr<const RadianceImage> SimCamera::scene_during(Time start, Time end,
+                                                             const Bands& bands) {
   const devices::Target target = view_.changer.mounted();
-  if (at_rest_during(start, end)) return renderer_.render(joints_at(start), target);
+  if (at_rest_during(start, end)) return renderer_.render(joints_at(start), target, bands);
 
   const rig::Joints first = joints_at(start);
   const rig::Joints last = joints_at(end);
@@ -173,8 +181,9 @@ std::shared_ptr<const RadianceImage> SimCamera::scene_during(Time start, Time en
   auto mean = std::make_shared<RadianceImage>();
   for (int step = 0; step < steps; ++step) {
     const Time middle = start + (end - start) * (2 * step + 1) / (2 * steps);
-    const auto image = renderer_.render(joints_at(middle), target);
+    const auto image = renderer_.render(joints_at(middle), target, bands);
     for (std::size_t band = 0; band < 3; ++band) {
+      if (!bands[band]) continue;
       mean->planes[band].resize(image->planes[band].size(), 0.0F);
       for (std::size_t pixel = 0; pixel < image->planes[band].size(); ++pixel) {
         mean->planes[band][pixel] += image->planes[band][pixel] / static_cast<float>(steps);

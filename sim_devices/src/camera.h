@@ -38,11 +38,11 @@ class SimCamera final : public devices::Camera {
   void count_noise_from(std::uint64_t index);
 
  private:
-  /// Electrons per second and pixel, on average over the interval.
-  std::vector<double> electron_rates(devices::Clock::Duration start, devices::Clock::Duration end,
-                                     int lit);
+  std::vector<std::uint16_t> picture(devices::Clock::Duration start, devices::Clock::Duration end,
+                                     int lit, std::uint64_t noise);
   std::shared_ptr<const RadianceImage> scene_during(devices::Clock::Duration start,
-                                                    devices::Clock::Duration end);
+                                                    devices::Clock::Duration end,
+                                                    const Bands& bands);
   bool at_rest_during(devices::Clock::Duration start, devices::Clock::Duration end) const;
   rig::Joints joints_at(devices::Clock::Duration time) const;
 

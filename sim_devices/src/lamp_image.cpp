@@ -43,14 +43,18 @@ LampImage::LampImage(const rig::RigPose& pose, const Eigen::Isometry3d& target_f
       radius_mm_(lamp.radius_mm),
       radiance_(kSquareMmPerSquareMetre / (std::numbers::pi * lamp.radius_mm * lamp.radius_mm)) {}
 
+bool LampImage::seen(const Eigen::Vector3d& point, const Eigen::Vector3d& ray) const {
+  const Eigen::Vector3d from = into_lamp_ * (point - lamp_);
+  const Eigen::Vector3d along = into_lamp_ * Eigen::Vector3d(ray.x(), ray.y(), -ray.z());
+  if (!(along.z() < 0.0) || !(from.z() > 0.0)) return false;  // the lamp's back
+  const Eigen::Vector3d hit = from - along * (from.z() / along.z());
+  return hit.head<2>().squaredNorm() <= radius_mm_ * radius_mm_;
+}
+
 double LampImage::reflected(const Eigen::Vector3d& point, const Eigen::Vector3d& ray,
                             const PolishedOptions& polish, bool fresnel) const {
+  if (!seen(point, ray)) return 0.0;
   const Eigen::Vector3d mirrored(ray.x(), ray.y(), -ray.z());
-  const Eigen::Vector3d from = into_lamp_ * (point - lamp_);
-  const Eigen::Vector3d along = into_lamp_ * mirrored;
-  if (!(along.z() < 0.0) || !(from.z() > 0.0)) return 0.0;  // the lamp's back
-  const Eigen::Vector3d hit = from - along * (from.z() / along.z());
-  if (hit.head<2>().squaredNorm() > radius_mm_ * radius_mm_) return 0.0;
   if (!fresnel) return polish.reflectance;
 
   const double cos_i = mirrored.z();

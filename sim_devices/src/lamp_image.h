@@ -13,6 +13,10 @@ class LampImage {
   LampImage(const rig::RigPose& pose, const Eigen::Isometry3d& target_from_world,
             const LampOptions& lamp, const CameraOptions& camera);
 
+  /// Whether the ray that comes from `point` along `ray` (from the camera, of any length) is that
+  /// of a place on the disc.
+  bool seen(const Eigen::Vector3d& point, const Eigen::Vector3d& ray) const;
+
   /// Share of the lamp's radiance that comes along `ray` (unit, from the camera) by the polish of
   /// the plane at `point`: 0 where the reflected ray passes the disc by.
   double reflected(const Eigen::Vector3d& point, const Eigen::Vector3d& ray,

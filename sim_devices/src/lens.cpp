@@ -62,7 +62,8 @@ Eigen::Vector2d undistorted(const CameraOptions& camera, const Eigen::Vector2d& 
 Lens::Lens(const CameraOptions& camera) : width_(static_cast<std::size_t>(camera.width_px)) {
   const std::size_t width = width_;
   const auto height = static_cast<std::size_t>(camera.height_px);
-  rays_.resize(width * height);
+  x_.resize(width * height);
+  y_.resize(width * height);
   vignetting_.resize(width * height);
   parallel::for_each_block(0, height, kLensRows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t row = begin; row < end; ++row) {
@@ -72,7 +73,9 @@ Lens::Lens(const CameraOptions& camera) : width_(static_cast<std::size_t>(camera
         const double q = seen.squaredNorm();
         const auto& v = camera.vignetting;
         const std::size_t pixel = row * width + column;
-        rays_[pixel] = undistorted(camera, seen);
+        const Eigen::Vector2d ray = undistorted(camera, seen);
+        x_[pixel] = ray.x();
+        y_[pixel] = ray.y();
         vignetting_[pixel] =
             static_cast<float>(std::max(0.0, 1.0 + q * (v[0] + q * (v[1] + q * v[2]))));
       }

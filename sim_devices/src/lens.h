@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <span>
 #include <vector>
 
 #include "gonio/sim/sim_options.h"
@@ -13,8 +14,14 @@ class Lens {
  public:
   explicit Lens(const CameraOptions& camera);
 
+  std::size_t width() const { return width_; }
+  std::size_t height() const { return x_.size() / width_; }
+
   /// Direction of a pixel in the camera frame, as (x, y) of (x, y, 1).
-  const Eigen::Vector2d& ray(std::size_t pixel) const { return rays_[pixel]; }
+  Eigen::Vector2d ray(std::size_t pixel) const { return {x_[pixel], y_[pixel]}; }
+  /// The same of all pixels: their x, and their y.
+  std::span<const double> all_x() const { return x_; }
+  std::span<const double> all_y() const { return y_; }
 
   /// Direction of a place in a pixel, in pixels to the right of and down from its middle (within
   /// +-0.5), as ray().
@@ -22,9 +29,9 @@ class Lens {
     const std::size_t pixel = row * width_ + column;
     // From one pixel to the next the lens' distortion is straight.
     const std::size_t beside = column + 1 < width_ ? pixel : pixel - 1;
-    const std::size_t below = pixel + width_ < rays_.size() ? pixel : pixel - width_;
-    return rays_[pixel] + right * (rays_[beside + 1] - rays_[beside]) +
-           down * (rays_[below + width_] - rays_[below]);
+    const std::size_t below = pixel + width_ < x_.size() ? pixel : pixel - width_;
+    return ray(pixel) + right * (ray(beside + 1) - ray(beside)) +
+           down * (ray(below + width_) - ray(below));
   }
 
   /// Falloff of a pixel, 1 on the axis.
@@ -32,7 +39,8 @@ class Lens {
 
  private:
   std::size_t width_;
-  std::vector<Eigen::Vector2d> rays_;
+  std::vector<double> x_;
+  std::vector<double> y_;
   std::vector<float> vignetting_;
 };
 

@@ -1,7 +1,8 @@
 #pragma once
 
+#include <array>
 #include <memory>
-#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "gonio/brdf/brdf_model.h"
@@ -9,14 +10,19 @@
 #include "gonio/rig/kinematics.h"
 #include "gonio/sim/sim_options.h"
 #include "lens.h"
+#include "pixel_contents.h"
 #include "scene.h"
 
 namespace gonio::sim {
 
-/// What the lens would see of the scene under 1 W/sr in each band: three planes (R, G, B) of
-/// radiance in W m^-2 sr^-1, row-major, without falloff, ambient light, stray light and noise.
+/// Which of the bands R, G, B are asked for.
+using Bands = std::array<bool, 3>;
+
+/// What the lens would see of the scene under 1 W/sr in each band: planes (R, G, B) of radiance in
+/// W m^-2 sr^-1, row-major, without falloff, ambient light, stray light and noise. Planes of bands
+/// that nobody has asked for yet hold anything.
 struct RadianceImage {
-  std::vector<float> planes[3];
+  std::array<std::vector<float>, 3> planes;
 };
 
 /// Renders radiance images; the last few are kept, because a bracket of exposures and three lamp
@@ -28,9 +34,13 @@ class RadianceRenderer {
   explicit RadianceRenderer(const SimOptions& options);
 
   /// At true joint angles. The image stays valid as long as the pointer is held.
-  std::shared_ptr<const RadianceImage> render(const rig::Joints& joints, devices::Target target);
+  std::shared_ptr<const RadianceImage> render(const rig::Joints& joints, devices::Target target,
+                                              const Bands& bands);
 
   const Lens& lens() const { return lens_; }
+
+  /// What is rendered: the target along rays in a pose.
+  TargetView view(const rig::Joints& joints, devices::Target target) const;
 
   /// Radiance of a perfect white at the rig's centre under normal incidence, per W/sr.
   double white_radiance() const { return white_radiance_; }
@@ -39,11 +49,13 @@ class RadianceRenderer {
   struct Entry {
     rig::Joints joints;
     devices::Target target;
-    std::shared_ptr<const RadianceImage> image;
+    PixelContents contents;
+    Bands done{};
+    std::shared_ptr<RadianceImage> image;
   };
 
-  std::shared_ptr<const RadianceImage> render_anew(const rig::Joints& joints,
-                                                   devices::Target target) const;
+  /// The entry of a pose, made if there is none.
+  Entry& entry_of(const rig::Joints& joints, devices::Target target);
   MountOptions mount_of(devices::Target target) const;
 
   SimOptions options_;

@@ -1,6 +1,7 @@
 #include "scene.h"
 
 #include <cmath>
+#include <utility>
 
 #include "gonio/brdf/diffuse_models.h"
 
@@ -29,71 +30,77 @@ bool in_square(double x, double y, double half_width) {
 
 Scene::Scene(const SceneOptions& options)
     : options_(options),
-      white_tile_(or_white(options.white_tile)),
-      patch_(or_white(options.patch)),
-      holder_(grey(options.holder_albedo)),
-      board_white_(grey(options.board.white_albedo)),
-      board_black_(grey(options.board.black_albedo)),
-      mirror_dust_(grey(options.mirror.diffuse_albedo)),
-      glass_dust_(grey(options.black_glass.diffuse_albedo)),
-      trap_(grey(options.black_trap_albedo)) {
-  for (const brdf::Rgb& albedo : options.colour_chart.albedos) {
-    chart_.push_back(lambertian(albedo));
-  }
+      surfaces_(1, Surface{nullptr, brdf::Rgb::Zero()}),
+      sample_(add(options.sample)),
+      white_tile_(add(or_white(options.white_tile))),
+      patch_(add(or_white(options.patch))),
+      holder_(add(grey(options.holder_albedo))),
+      board_white_(add(grey(options.board.white_albedo))),
+      board_black_(add(grey(options.board.black_albedo))),
+      mirror_(add(grey(options.mirror.diffuse_albedo), &options_.mirror)),
+      glass_(add(grey(options.black_glass.diffuse_albedo), &options_.black_glass)),
+      trap_(add(grey(options.black_trap_albedo))),
+      chart_(static_cast<Index>(surfaces_.size())) {
+  for (const brdf::Rgb& albedo : options.colour_chart.albedos) add(lambertian(albedo));
 }
 
-const brdf::BrdfModel* Scene::on_board(double x_mm, double y_mm) const {
+Scene::Index Scene::add(std::shared_ptr<const brdf::BrdfModel> material,
+                        const PolishedOptions* polish) {
+  Surface surface;
+  if (const auto* same = dynamic_cast<const brdf::Lambertian*>(material.get())) {
+    const Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+    surface.per_sr = same->evaluate(brdf::DirectionPair{normal, normal});
+  }
+  surface.material = std::move(material);
+  surface.polish = polish;
+  surfaces_.push_back(std::move(surface));
+  return static_cast<Index>(surfaces_.size() - 1);
+}
+
+Scene::Index Scene::on_board(double x_mm, double y_mm) const {
   const BoardOptions& board = options_.board;
   const double column = (x_mm - board.x_mm) / board.cell_mm + 0.5 * board.columns;
   const double row = 0.5 * board.rows - (y_mm - board.y_mm) / board.cell_mm;
   const double margin = board.margin_mm / board.cell_mm;
   if (board.columns == 0 || column < -margin || row < -margin || column > board.columns + margin ||
       row > board.rows + margin) {
-    return nullptr;
+    return kBackground;
   }
   const bool on_cells = column >= 0.0 && row >= 0.0 && column < board.columns && row < board.rows;
-  if (!on_cells) return board_white_.get();
+  if (!on_cells) return board_white_;
   const std::size_t cell = static_cast<std::size_t>(row) * static_cast<std::size_t>(board.columns) +
                            static_cast<std::size_t>(column);
-  return (board.white[cell] ? board_white_ : board_black_).get();
+  return board.white[cell] ? board_white_ : board_black_;
 }
 
-const brdf::BrdfModel* Scene::on_chart(double x_mm, double y_mm) const {
+Scene::Index Scene::on_chart(double x_mm, double y_mm) const {
   const ColourChartOptions& chart = options_.colour_chart;
-  if (chart_.empty()) return nullptr;
+  if (chart.albedos.empty()) return kBackground;
   const double pitch = chart.patch_mm + chart.gap_mm;
   const auto columns = static_cast<double>(chart.columns);
-  const double rows = std::ceil(static_cast<double>(chart_.size()) / columns);
+  const double rows = std::ceil(static_cast<double>(chart.albedos.size()) / columns);
   const double column = x_mm / pitch + 0.5 * columns;
   const double row = 0.5 * rows - y_mm / pitch;
-  if (column < 0.0 || row < 0.0 || column >= columns || row >= rows) return nullptr;
+  if (column < 0.0 || row < 0.0 || column >= columns || row >= rows) return kBackground;
   const double half_patch = 0.5 * chart.patch_mm / pitch;
   const bool in_gap = std::abs(column - std::floor(column) - 0.5) > half_patch ||
                       std::abs(row - std::floor(row) - 0.5) > half_patch;
   const std::size_t patch =
       static_cast<std::size_t>(row) * static_cast<std::size_t>(chart.columns) +
       static_cast<std::size_t>(column);
-  return in_gap || patch >= chart_.size() ? board_black_.get() : chart_[patch].get();
+  return in_gap || patch >= chart.albedos.size() ? board_black_
+                                                 : static_cast<Index>(chart_ + patch);
 }
 
-const PolishedOptions* Scene::polish_at(double x_mm, double y_mm, devices::Target target) const {
-  const bool mirror = target == devices::Target::mirror || target == devices::Target::mirror_turned;
-  const PolishedOptions* polish = mirror                                   ? &options_.mirror
-                                  : target == devices::Target::black_glass ? &options_.black_glass
-                                                                           : nullptr;
-  if (polish == nullptr || !in_square(x_mm, y_mm, polish->half_width_mm)) return nullptr;
-  return polish;
-}
-
-const brdf::BrdfModel* Scene::material_at(double x_mm, double y_mm, devices::Target target) const {
+Scene::Index Scene::surface_at(double x_mm, double y_mm, devices::Target target) const {
   const SceneOptions& scene = options_;
-  const brdf::BrdfModel* seen = nullptr;
-  const auto within = [&](double half_width, const auto& model) {
-    if (in_square(x_mm, y_mm, half_width)) seen = model.get();
+  Index seen = kBackground;
+  const auto within = [&](double half_width, Index surface) {
+    if (in_square(x_mm, y_mm, half_width)) seen = surface;
   };
   switch (target) {
     case devices::Target::sample:
-      within(scene.sample_half_width_mm, scene.sample);
+      within(scene.sample_half_width_mm, sample_);
       break;
     case devices::Target::white:
       within(scene.white_tile_half_width_mm, white_tile_);
@@ -106,24 +113,24 @@ const brdf::BrdfModel* Scene::material_at(double x_mm, double y_mm, devices::Tar
       break;
     case devices::Target::mirror:
     case devices::Target::mirror_turned:
-      within(scene.mirror.half_width_mm, mirror_dust_);
+      within(scene.mirror.half_width_mm, mirror_);
       break;
     case devices::Target::black_trap:
       within(scene.black_trap_half_width_mm, trap_);
       break;
     case devices::Target::black_glass:
-      within(scene.black_glass.half_width_mm, glass_dust_);
+      within(scene.black_glass.half_width_mm, glass_);
       break;
     case devices::Target::colour_chart:
       seen = on_chart(x_mm, y_mm);
       break;
   }
-  if (seen != nullptr) return seen;
+  if (seen != kBackground) return seen;
   if (scene.white_patch &&
       in_square(x_mm - scene.patch_x_mm, y_mm - scene.patch_y_mm, scene.patch_half_width_mm)) {
-    return patch_.get();
+    return patch_;
   }
-  return in_square(x_mm, y_mm, scene.holder_half_width_mm) ? holder_.get() : nullptr;
+  return in_square(x_mm, y_mm, scene.holder_half_width_mm) ? holder_ : kBackground;
 }
 
 }  // namespace gonio::sim

@@ -50,19 +50,20 @@ Sensor::Sensor(const CameraOptions& options, std::uint64_t seed, std::uint64_t n
   });
 }
 
-std::vector<std::uint16_t> Sensor::expose(std::span<const double> electron_rates, double seconds,
+std::vector<std::uint16_t> Sensor::expose(const ElectronRates& electron_rates, double seconds,
                                           std::uint64_t frame) const {
   const random::Key shot_key = random::make_key(noise_seed_, "camera.shot_noise", frame);
   const random::Key read_key = random::make_key(noise_seed_, "camera.read_noise", frame);
   const double top = largest_dn(options_);
-  std::vector<std::uint16_t> pixels(electron_rates.size());
+  std::vector<std::uint16_t> pixels(gain_.size());
   parallel::for_each_block(
-      0, electron_rates.size(), kPixelsPerBlock, [&](std::size_t begin, std::size_t end) {
+      0, pixels.size(), kPixelsPerBlock, [&](std::size_t begin, std::size_t end) {
         std::vector<double> electrons(end - begin);
         std::vector<double> read_noise(end - begin);
+        electron_rates(begin, electrons);
         for (std::size_t pixel = begin; pixel < end; ++pixel) {
-          electrons[pixel - begin] =
-              (electron_rates[pixel] * gain_[pixel] + dark_e_per_s_[pixel]) * seconds;
+          double& here = electrons[pixel - begin];
+          here = (here * gain_[pixel] + dark_e_per_s_[pixel]) * seconds;
         }
         random::fill_poisson(shot_key, begin, electrons, electrons);
         random::fill_normal(read_key, begin, read_noise);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -17,9 +19,12 @@ class Sensor {
   /// `seed` is the sensor's own, its fixed pattern; `noise_seed` that of its temporal noise.
   Sensor(const CameraOptions& options, std::uint64_t seed, std::uint64_t noise_seed);
 
-  /// `electron_rates`  Electrons per second and pixel from light, without the fixed pattern.
-  /// `frame`           Names the noise: the same frame of the same seed is the same to the byte.
-  std::vector<std::uint16_t> expose(std::span<const double> electron_rates, double seconds,
+  /// Electrons per second from light, without the fixed pattern, of the pixels from `first` on.
+  /// Called from many threads at once.
+  using ElectronRates = std::function<void(std::size_t first, std::span<double> rates)>;
+
+  /// `frame`  Names the noise: the same frame of the same seed is the same to the byte.
+  std::vector<std::uint16_t> expose(const ElectronRates& electron_rates, double seconds,
                                     std::uint64_t frame) const;
 
   std::uint16_t saturation_level_dn() const { return saturation_level_dn_; }
