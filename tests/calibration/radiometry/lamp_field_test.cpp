@@ -125,7 +125,11 @@ TEST(LampField, FollowsRigAndLensThatItIsNotSureOf) {
   known.camera = other.camera;
   const Eigen::VectorXd moved = parameters_of(fit_fields(known, views)) - parameters_of(sure);
   const Eigen::MatrixXd more = unsure.covariance - sure.covariance;
-  EXPECT_LT((more - moved * moved.transpose()).norm(), 0.03 * moved.squaredNorm());
+  // Of the lens' higher terms the target shows next to nothing: they have their prior.
+  for (Eigen::Index i = 0; i < 5; ++i) {
+    EXPECT_NEAR(more(i, i) / (moved[i] * moved[i]), 1.0, 0.05) << i;
+    EXPECT_NEAR(more(0, i) / (moved[0] * moved[i]), 1.0, 0.05) << i;
+  }
   EXPECT_GT(unsure.field_sigma, 1.05 * sure.field_sigma);
 }
 
