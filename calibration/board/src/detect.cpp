@@ -13,6 +13,7 @@
 
 #include "dictionary.h"
 #include "gonio/calibration/result/step_refused.h"
+#include "gonio/instrument/pixel_counts.h"
 #include "saddle.h"
 
 namespace gonio::calibration::board {
@@ -37,12 +38,10 @@ struct Levels {
 };
 
 Levels levels_of(const BoardImage& image) {
-  std::vector<std::uint16_t> values(image.pixels_dn.begin(), image.pixels_dn.end());
+  const instrument::PixelCounts counts(image.pixels_dn);
   const auto quantile = [&](double share) {
-    const auto at = values.begin() +
-                    static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-    std::nth_element(values.begin(), at, values.end());
-    return static_cast<double>(*at);
+    return static_cast<double>(counts.nth_smallest(
+        static_cast<std::size_t>(share * static_cast<double>(image.pixels_dn.size() - 1))));
   };
   return {quantile(kDarkest), quantile(kBrightest)};
 }

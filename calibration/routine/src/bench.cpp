@@ -9,6 +9,7 @@
 
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/instrument/measurement_equation.h"
+#include "gonio/instrument/pixel_counts.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -25,16 +26,15 @@ double seconds(nanoseconds time) { return std::chrono::duration<double>(time).co
 
 /// Of the brightest pixels, the dimmest.
 double brightness(const devices::Frame& frame, const std::vector<std::uint8_t>& bad) {
-  std::vector<std::uint16_t> pixels = frame.pixels_dn;
-  if (bad.size() == pixels.size()) {
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (bad[i] != 0) pixels[i] = 0;
-    }
+  const std::size_t nth = std::min(kBrightest, frame.pixels_dn.size() - 1);
+  if (bad.size() != frame.pixels_dn.size()) {
+    return instrument::PixelCounts(frame.pixels_dn).nth_largest(nth);
   }
-  const std::size_t nth = std::min(kBrightest, pixels.size() - 1);
-  std::nth_element(pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(nth), pixels.end(),
-                   std::greater<>());
-  return pixels[nth];
+  std::vector<std::uint16_t> pixels = frame.pixels_dn;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    if (bad[i] != 0) pixels[i] = 0;
+  }
+  return instrument::PixelCounts(pixels).nth_largest(nth);
 }
 
 }  // namespace

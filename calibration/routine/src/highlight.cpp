@@ -4,9 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <cstdint>
 
 #include "gonio/calibration/result/step_refused.h"
+#include "gonio/instrument/pixel_counts.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -27,23 +28,21 @@ double smoothed(const devices::Frame& frame, int row, int column) {
   return sum / 9.0;
 }
 
-double median_of(std::vector<std::uint16_t> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 std::optional<Highlight> find_highlight(const devices::Frame& frame, double black_level_dn,
                                         double expected_radius_px) {
-  const double around = median_of(frame.pixels_dn);
+  const instrument::PixelCounts counts(frame.pixels_dn);
+  const double around = counts.nth_smallest(frame.pixels_dn.size() / 2);
   double height = 0.0;
   int top_row = 0;
   int top_column = 0;
+  const int least = static_cast<int>(std::ceil(around + kMinHeight_dn));
   for (int row = 1; row + 1 < frame.height_px; ++row) {
+    const std::uint16_t* const pixels =
+        frame.pixels_dn.data() + static_cast<std::size_t>(row) * frame.width_px;
     for (int column = 1; column + 1 < frame.width_px; ++column) {
-      if (frame.at(row, column) < around + kMinHeight_dn) continue;
+      if (pixels[column] < least) continue;
       const double here = smoothed(frame, row, column) - around;
       if (here > height) {
         height = here;
@@ -54,9 +53,7 @@ std::optional<Highlight> find_highlight(const devices::Frame& frame, double blac
   }
   if (height < kMinHeight_dn) return std::nullopt;
   const double edge = around + kEdgeOfSpot * height;
-  const auto bright =
-      static_cast<double>(std::count_if(frame.pixels_dn.begin(), frame.pixels_dn.end(),
-                                        [&](std::uint16_t pixel) { return pixel > edge; }));
+  const auto bright = static_cast<double>(counts.above(edge));
   const auto pixels = static_cast<double>(frame.pixels_dn.size());
   const double radius = std::max(4.0 * expected_radius_px, 4.0);
   const double spot = 3.2 * radius * radius;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "elementary.h"
+
 /// AS 241's rational approximations, apart from each other so that a batch can run the first on
 /// everything without a branch and mend the tails.
 namespace gonio::random::detail {
@@ -54,13 +56,14 @@ inline double quantile_in_centre(double q) {
   return q * kCentre(kCentreHalfWidth * kCentreHalfWidth - q * q);
 }
 
+inline constexpr double kNearTailEnd = 5.0;  // of r, as kNearTailShift
+inline constexpr double kNearTailShift = 1.6;
+
 /// `q`  Probability less 1/2, |q| > kCentreHalfWidth.
 /// `outside`  The smaller of the probabilities below and above; given apart, since 1/2 - |q| has
 ///            lost the digits that a tiny probability had.
 inline double quantile_in_tail(double q, double outside) {
-  constexpr double kNearTailEnd = 5.0;
-  constexpr double kNearTailShift = 1.6;
-  const double r = std::sqrt(-std::log(outside));
+  const double r = std::sqrt(-log_of(outside));
   const double magnitude =
       r <= kNearTailEnd ? kNearTail(r - kNearTailShift) : kFarTail(r - kNearTailEnd);
   return q < 0.0 ? -magnitude : magnitude;

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "bits.h"
+#include "elementary.h"
 #include "normal.h"
 
 namespace gonio::random::detail {
@@ -26,7 +27,7 @@ inline constexpr auto kReciprocals = [] {
 /// table has a probability under 1e-27, far below the steps of `u`.
 inline double poisson_by_inversion(double u, double mean) {
   if (u < 1.0 - mean) return 0.0;  // below exp(-mean), which need not be known: dark pixels
-  double probability = std::exp(-mean);
+  double probability = exp_of(-mean);
   std::size_t k = 0;
   while (u >= probability && k + 1 < kReciprocals.size()) {
     u -= probability;
@@ -36,23 +37,31 @@ inline double poisson_by_inversion(double u, double mean) {
   return static_cast<double>(k);
 }
 
-/// log(k!) for whole k: exact sums below the table's end, Stirling's series above (error < 1e-15
-/// relative). std::lgamma is slower, and glibc's writes the global signgam from every thread.
-inline double log_factorial(double k) {
+inline constexpr std::size_t kLogFactorials = 16;
+
+/// log(k!) for whole k >= 0: exact sums below kLogFactorials, Stirling's series above (error <
+/// 1e-15 relative). std::lgamma is slower, and glibc's writes the global signgam from every thread.
+inline double small_log_factorial(std::size_t k) {
   static const auto table = [] {
-    std::array<double, 16> logs{};
+    std::array<double, kLogFactorials> logs{};
     for (std::size_t i = 2; i < logs.size(); ++i) {
       logs[i] = logs[i - 1] + std::log(static_cast<double>(i));
     }
     return logs;
   }();
-  if (k < static_cast<double>(table.size())) return table[static_cast<std::size_t>(k)];
+  return table[k];
+}
+inline double large_log_factorial(double k) {
   constexpr double kHalfLogTwoPi = 0.91893853320467274178;
   const double inverse = 1.0 / k;
   const double square = inverse * inverse;
   const double series =
       inverse * (1.0 / 12.0 - square * (1.0 / 360.0 - square * (1.0 / 1260.0 - square / 1680.0)));
-  return (k + 0.5) * std::log(k) - k + kHalfLogTwoPi + series;
+  return (k + 0.5) * log_of(k) - k + kHalfLogTwoPi + series;
+}
+inline double log_factorial(double k) {
+  return k < static_cast<double>(kLogFactorials) ? small_log_factorial(static_cast<std::size_t>(k))
+                                                 : large_log_factorial(k);
 }
 
 /// One attempt of algorithm PTRS of Hörmann (1993), with its constants.
@@ -67,13 +76,21 @@ struct Attempt {
 
   /// Four of five attempts end here.
   bool quickly_accepted() const { return (us >= 0.07) & (v <= 0.9277 - 3.6224 / (b - 2.0)); }
+  /// Neither this nor what is quickly accepted need be compared.
+  bool refused() const { return (k < 0.0) | ((us < 0.013) & (v > us)); }
+
+  /// What the logarithm of the distribution, less the mean's part log_factorial(k), is compared
+  /// with: the attempt is accepted unless it is larger.
+  double hurdle(double mean) const {
+    constexpr double kLeast = 0x1p-60;  // for v = 0, which has no logarithm
+    const double inverse_alpha = 1.1239 + 1.1328 / (b - 3.4);
+    return log_of((v > kLeast ? v : kLeast) * inverse_alpha / (a / (us * us) + b)) -
+           (k * log_of(mean) - mean);
+  }
 
   bool accepted(double mean) const {
     if (quickly_accepted()) return true;
-    if (k < 0.0 || (us < 0.013 && v > us)) return false;
-    const double inverse_alpha = 1.1239 + 1.1328 / (b - 3.4);
-    return std::log(v * inverse_alpha / (a / (us * us) + b)) <=
-           k * std::log(mean) - mean - log_factorial(k);
+    return !refused() && hurdle(mean) <= -log_factorial(k);
   }
 
   double b, a, u, v, us;

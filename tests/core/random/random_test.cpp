@@ -241,6 +241,35 @@ TEST(Fill, GivesTheNumbersOfTheValueFunctionsFromAnyStart) {
   }
 }
 
+TEST(Fill, GivesThePoissonNumbersOfDarkAndBrightPixelsSideBySide) {
+  const Key key = make_key(2, "fill");
+  std::vector<double> means;
+  for (const double stretch : {0.0, 1e-17, 1e-3, 0.2, 3.0, 9.99, 10.0, 300.0, 1e5, 2e6}) {
+    for (int i = 0; i < 600; ++i) means.push_back(stretch * (1.0 + 1e-4 * i));
+  }
+  // And all of them among each other.
+  for (std::size_t i = 0; i < 3000; ++i) means.push_back(means[i * 2003 % 6000]);
+  std::vector<double> counts(means.size());
+  fill_poisson(key, 7, means, counts);
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    ASSERT_EQ(counts[i], poisson(key, 7 + i, means[i])) << "mean " << means[i];
+  }
+}
+
+TEST(Fill, GivesTheTailsOfTheNormalDistribution) {
+  const Key key = make_key(3, "fill");
+  std::vector<double> normals(2'000'000);
+  fill_normal(key, 0, normals);
+  // Beyond 5 sigma lie 5.7e-7 of them: seven in ten of such sets have one at least.
+  std::size_t far = 0;
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (std::abs(normals[i]) < 4.0) continue;
+    ++far;
+    ASSERT_EQ(normals[i], normal(key, i));
+  }
+  EXPECT_NEAR(static_cast<double>(far), 126.7, 5.0 * std::sqrt(126.7));  // 2 Q(4) of 2e6
+}
+
 TEST(Stream, ReadsTheSequenceInOrder) {
   const Key key = make_key(1, "stream");
   Stream stream(key);
