@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "gonio/errors/errors.h"
 #include "gonio/parallel/avx2.h"
@@ -11,12 +10,11 @@
 namespace gonio::sim {
 namespace {
 
-constexpr double kMissed = std::numeric_limits<double>::infinity();
-
 /// What a loop over rays needs, out of matrices.
 struct ViewNumbers {
   double turn[3][3];  // into the target's axes
   double eye[3];      // mm
+  double missed;      // what is said of a ray that misses the plane's face
 };
 
 GONIO_INLINE void places_loop(const ViewNumbers& view, const TargetView::Rays& rays,
@@ -28,8 +26,8 @@ GONIO_INLINE void places_loop(const ViewNumbers& view, const TargetView::Rays& r
     const double along_y = view.turn[1][0] * x + view.turn[1][1] * y + view.turn[1][2];
     const double along_z = view.turn[2][0] * x + view.turn[2][1] * y + view.turn[2][2];
     const double way = -view.eye[2] / along_z;
-    places.x_mm[i] = along_z < 0.0 ? view.eye[0] + way * along_x : kMissed;
-    places.y_mm[i] = along_z < 0.0 ? view.eye[1] + way * along_y : kMissed;
+    places.x_mm[i] = along_z < 0.0 ? view.eye[0] + way * along_x : view.missed;
+    places.y_mm[i] = along_z < 0.0 ? view.eye[1] + way * along_y : view.missed;
   }
 }
 
@@ -56,27 +54,19 @@ TargetView::TargetView(const Scene& scene, devices::Target target,
       illumination_(illumination),
       lamp_image_(lamp_image) {}
 
-TargetView::Place TargetView::place_along(const Eigen::Vector2d& ray) const {
-  const Eigen::Vector3d along = direction(ray);
-  if (eye_.z() <= 0.0 || along.z() >= 0.0) return {kMissed, kMissed};  // from behind or never
-  const double way = -eye_.z() / along.z();
-  return {eye_.x() + way * along.x(), eye_.y() + way * along.y()};
-}
-
-TargetView::Kind TargetView::kind_at(const Place& place, const Eigen::Vector2d& ray) const {
+TargetView::Kind TargetView::kind_at(const Place& place, const Eigen::Vector3d& direction) const {
   if (place.x_mm == kMissed) return {};
   Kind kind{scene_.surface_at(place.x_mm, place.y_mm, target_), false};
   const PolishedOptions* const polish = scene_.surfaces()[kind.surface].polish;
-  kind.shines =
-      polish != nullptr && lamp_image_.seen({place.x_mm, place.y_mm, 0.0}, direction(ray));
+  kind.shines = polish != nullptr && lamp_image_.seen({place.x_mm, place.y_mm, 0.0}, direction);
   return kind;
 }
 
-brdf::Rgb TargetView::radiance_at(const Place& place, const Eigen::Vector2d& ray) const {
+brdf::Rgb TargetView::radiance_at(const Place& place, const Eigen::Vector3d& direction) const {
   if (place.x_mm == kMissed) return brdf::Rgb::Zero();
   const Surface& surface = scene_.surfaces()[scene_.surface_at(place.x_mm, place.y_mm, target_)];
   if (surface.material == nullptr) return brdf::Rgb::Zero();
-  const Eigen::Vector3d along = direction(ray).normalized();
+  const Eigen::Vector3d along = direction.normalized();
   brdf::Rgb radiance = brdf::Rgb::Zero();
   if (surface.polish != nullptr) {
     radiance += surface.polish->filter * lamp_image_.radiance() *
@@ -104,7 +94,7 @@ void TargetView::places_along(const Rays& rays, const Places& places) const {
     std::fill_n(places.irradiance, rays.count, 0.0F);
     return;
   }
-  ViewNumbers view{{}, {eye_.x(), eye_.y(), eye_.z()}};
+  ViewNumbers view{{}, {eye_.x(), eye_.y(), eye_.z()}, kMissed};
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) view.turn[row][column] = from_camera_(row, column);
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include "gonio/devices/target_changer.h"
 #include "illumination.h"
@@ -11,8 +12,8 @@
 
 namespace gonio::sim {
 
-/// What the camera sees of a target along rays, in one pose. Rays are (x, y) of (x, y, 1) in the
-/// camera's frame; places are points of the target's plane, mm.
+/// What the camera sees of a target along rays, in one pose. Directions are in the target's frame,
+/// of any length, away from the camera; places are points of the target's plane, mm.
 ///
 /// Threads  const, may be shared.
 class TargetView {
@@ -33,14 +34,23 @@ class TargetView {
     double x_mm;
     double y_mm;
   };
-  Place place_along(const Eigen::Vector2d& ray) const;
-  Kind kind_at(const Place& place, const Eigen::Vector2d& ray) const;
+  /// Of a ray, which is (x, y) of (x, y, 1) in the camera's frame.
+  Eigen::Vector3d direction(const Eigen::Vector2d& ray) const {
+    return from_camera_.col(0) * ray.x() + from_camera_.col(1) * ray.y() + from_camera_.col(2);
+  }
+  Place place_along(const Eigen::Vector3d& direction) const {
+    if (eye_.z() <= 0.0 || direction.z() >= 0.0) return {kMissed, kMissed};  // from behind or never
+    const double way = -eye_.z() / direction.z();
+    return {eye_.x() + way * direction.x(), eye_.y() + way * direction.y()};
+  }
+  Kind kind_at(const Place& place, const Eigen::Vector3d& direction) const;
 
   /// Radiance per 1 W/sr in each band, W m^-2 sr^-1. Throws NumericalError where a material gives
   /// what is none.
-  brdf::Rgb radiance_at(const Place& place, const Eigen::Vector2d& ray) const;
+  brdf::Rgb radiance_at(const Place& place, const Eigen::Vector3d& direction) const;
 
-  /// Where `count` rays meet the plane, and the light there: 0 W m^-2 where they miss it.
+  /// Where `count` rays, (x, y) of (x, y, 1) in the camera's frame, meet the plane, and the light
+  /// there: 0 W m^-2 where they miss it.
   struct Rays {
     const double* x;
     const double* y;
@@ -56,9 +66,7 @@ class TargetView {
   const Scene& scene() const { return scene_; }
 
  private:
-  Eigen::Vector3d direction(const Eigen::Vector2d& ray) const {
-    return from_camera_.col(0) * ray.x() + from_camera_.col(1) * ray.y() + from_camera_.col(2);
-  }
+  static constexpr double kMissed = std::numeric_limits<double>::infinity();
 
   const Scene& scene_;
   devices::Target target_;

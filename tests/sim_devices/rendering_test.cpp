@@ -71,7 +71,8 @@ std::vector<double> plainly(const RadianceRenderer& renderer, const SimOptions& 
           const Eigen::Vector2d ray = renderer.lens().ray_in(
               row / way.parts, column / way.parts, (column % way.parts + 0.5 + x) / way.parts - 0.5,
               (row % way.parts + 0.5 + y) / way.parts - 0.5);
-          sum += view.radiance_at(view.place_along(ray), ray)[band];
+          const Eigen::Vector3d along = view.direction(ray);
+          sum += view.radiance_at(view.place_along(along), along)[band];
         }
         places[static_cast<std::size_t>(row) * width + column] = sum / way.rays;
       }
