@@ -9,7 +9,7 @@
 namespace gonio::sim {
 namespace {
 
-constexpr double kSquareMmPerSquareM = 1e6;
+constexpr double kSquareMmInSquareM = 1e6;
 
 /// What a loop over points needs, out of matrices.
 struct LightNumbers {
@@ -48,7 +48,7 @@ GONIO_INLINE void irradiance_loop(const LightNumbers& lamp, const Illumination::
                          lamp.field[3] * x * y + lamp.field[4] * y * y;
     const double shape = field > 0.0 ? field : 0.0;
     const double facing = cosine > 0.0 ? cosine : 0.0;
-    const double falls = shape * facing * kSquareMmPerSquareM / square_mm;
+    const double falls = shape * facing * kSquareMmInSquareM / square_mm;
     out[i] = static_cast<float>(ahead > 0.0 ? falls : 0.0);
   }
 }
