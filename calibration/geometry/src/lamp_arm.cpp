@@ -256,7 +256,8 @@ LampGeometry start_of_lamp(const StageAxes& stage, const StageGeometry& geometry
   return lamp;
 }
 
-/// Searches from `lamp` and again from what was found; noise above what was said raises u_pixel.
+/// Searches from `lamp` and again from what was found, with the noise of the centres that the last
+/// search has shown. With another, what the priors leave open would be scaled with it.
 LeastSquaresSolution refine_lamp(const StageAxes& stage, const StageGeometry& geometry,
                                  std::span<const MirrorView> views, const MirrorMount& mount,
                                  const LampArmOptions& options, LampGeometry& lamp) {
@@ -278,11 +279,13 @@ LeastSquaresSolution refine_lamp(const StageAxes& stage, const StageGeometry& ge
     problem.blocks.push_back(mount_prior(lamp, mount));
     const LeastSquaresSolution solution = solve(problem);
     lamp = lamp.changed_by(solution.global.head(par::kCount));
-    constexpr double kMoreNoise = 1.3;  // beyond what chance makes of 20 views
-    constexpr int kPasses = 5;
-    const bool noisier = solution.chi2_per_dof > kMoreNoise;
-    if (pass > 0 && (!noisier || pass >= kPasses)) return solution;
-    if (noisier) u_pixel *= std::sqrt(solution.chi2_per_dof);
+    constexpr double kLeastNoise_px = 0.01;  // the joints' scatter may explain all that is seen
+    constexpr double kSameNoise = 0.1;
+    constexpr int kPasses = 10;
+    const double seen = std::max(kLeastNoise_px, u_pixel * std::sqrt(solution.chi2_per_dof));
+    const bool same = std::abs(seen / u_pixel - 1.0) < kSameNoise;
+    if (pass > 0 && (same || pass >= kPasses)) return solution;
+    u_pixel = seen;
   }
 }
 

@@ -340,7 +340,9 @@ LeastSquaresSolution solve(const LeastSquaresProblem& problem) {
       sigma *= ratio;
       continue;
     }
-    solution.covariance = with_considered(problem, reduced, inverse * solution.chi2_per_dof);
+    // Less scatter than was said is no reason to trust the priors more.
+    solution.covariance =
+        with_considered(problem, reduced, inverse * std::max(1.0, solution.chi2_per_dof));
     break;
   }
   solution.global = state.global;

@@ -42,7 +42,8 @@ struct LeastSquaresProblem {
 struct LeastSquaresSolution {
   Eigen::VectorXd global;
   std::vector<Eigen::VectorXd> local;
-  /// Of `global`, by J^T J at the solution times chi2_per_dof, and the considered part.
+  /// Of `global`, by J^T J at the solution times chi2_per_dof where that is above 1, and the
+  /// considered part.
   Eigen::MatrixXd covariance;
   std::vector<Eigen::VectorXd> residuals;  ///< per block, as ResidualBlock::residual gave them
   double sigma = 0.0;
