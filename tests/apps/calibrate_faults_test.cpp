@@ -52,7 +52,8 @@ class CalibrateFaults : public Workflow {
   std::map<std::string, std::string> states() {
     std::map<std::string, std::string> states;
     const Ended list = run({"calibrate", "rig.toml", "--out", "cal", "--list", "--json"});
-    for (const auto& step : nlohmann::json::parse(list.out)["steps"]) {
+    const auto document = nlohmann::json::parse(list.out);
+    for (const auto& step : document["steps"]) {
       states[step["step"]] = step["state"];
     }
     return states;
@@ -99,6 +100,8 @@ TEST_F(CalibrateFaults, AKilledRedoLeavesWhatWasToBeRedoneStale) {
   process->wait();
   EXPECT_EQ(states()["darks"], "stale");
   EXPECT_EQ(states()["warm_up"], "stale");
+  EXPECT_THAT(files::read_text_file(folder.path() / "cal" / "report.html", kEnough),
+              HasSubstr("2 stale"));
   take({"darks"});
   EXPECT_EQ(states()["darks"], "valid");
   EXPECT_EQ(states()["warm_up"], "stale");

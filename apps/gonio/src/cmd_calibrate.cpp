@@ -213,7 +213,10 @@ int calibrate(Context& context, const CalibrateOptions& options) {
 
   require_inputs(calibration.archive(), wanted);
   // From here on: whatever ends this, what was asked for anew is not there until it was taken.
-  if (options.redo) calibration.redo(wanted);
+  if (options.redo) {
+    calibration.redo(wanted);
+    write_calibration_report(calibration, options.out, rig, {});
+  }
   AskingChanger person(opened->devices().changer, context.stop);
   acquisition::DeviceSet devices = opened->devices();
   if (!options.yes) devices.changer = &person;
