@@ -13,6 +13,7 @@ void forget_pixels(std::uint8_t bits, std::vector<std::uint8_t>& map) {
 }  // namespace
 
 void forget(std::string_view step, Findings& findings) {
+  findings.seen_after.erase(std::string(step));
   if (step == "homing") {
     findings.homing.clear();
   } else if (step == "backlash") {

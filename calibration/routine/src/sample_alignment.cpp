@@ -19,8 +19,8 @@ constexpr double kSpot_mm = 2.0;     // half width of the spot whose brightness 
 constexpr double kLevel = 0.6;       // of saturation, at the brightest
 constexpr double kLeft = 0.35;       // of the peak, at the edge of the fine scan
 constexpr double kStandsOut = 1.15;  // brightest over dimmest of the coarse scan; matte: up to 1.09
-constexpr double kClear =
-    6.0;  // brightest less dimmest over its sigma; 49 looks at nothing: 3 to 4
+// Brightest less dimmest of the coarse scan over its sigma; 49 looks at nothing come to 3 to 4.
+constexpr double kClear = 6.0;
 constexpr double kSearched_deg = 1.25 * kSearch_deg;  // how far a scan's middle may follow
 constexpr int kNarrowings = 6;
 
