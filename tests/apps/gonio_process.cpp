@@ -18,9 +18,14 @@ namespace gonio {
 
 GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
                            const std::filesystem::path& folder, std::uint64_t max_file_bytes,
-                           const std::string& program) {
+                           const std::string& program, Input input) {
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0) throw std::runtime_error("pipe");
+  std::array<int, 2> typed{-1, -1};
+  if (input == Input::open && ::pipe2(typed.data(), O_CLOEXEC) != 0) {
+    throw std::runtime_error("pipe");
+  }
+  input_ = typed[1];
   out_file_ = ::memfd_create("gonio-out", MFD_CLOEXEC);
   if (out_file_ < 0) throw std::runtime_error("memfd_create");
   std::vector<std::string> words{program};
@@ -30,8 +35,8 @@ GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
   argv.push_back(nullptr);
   pid_ = ::fork();
   if (pid_ == 0) {
-    const int input = ::open("/dev/null", O_RDONLY);
-    if (::chdir(folder.c_str()) != 0 || ::dup2(input, 0) < 0 || ::dup2(out_file_, 1) < 0 ||
+    const int from = typed[0] >= 0 ? typed[0] : ::open("/dev/null", O_RDONLY);
+    if (::chdir(folder.c_str()) != 0 || ::dup2(from, 0) < 0 || ::dup2(out_file_, 1) < 0 ||
         ::dup2(pipe[1], 2) < 0) {
       ::_exit(126);
     }
@@ -41,6 +46,7 @@ GonioProcess::GonioProcess(const std::vector<std::string>& arguments,
     ::_exit(127);
   }
   ::close(pipe[1]);
+  if (typed[0] >= 0) ::close(typed[0]);
   error_pipe_ = pipe[0];
 }
 
@@ -50,6 +56,7 @@ GonioProcess::~GonioProcess() {
     ::waitpid(pid_, nullptr, 0);
   }
   ::close(error_pipe_);
+  if (input_ >= 0) ::close(input_);
   ::close(out_file_);
 }
 
@@ -69,6 +76,12 @@ bool GonioProcess::wait_for(const std::string& text) {
     if (!read_more()) return false;
   }
   return true;
+}
+
+void GonioProcess::answer(const std::string& text) const {
+  if (::write(input_, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
+    throw std::runtime_error("write");
+  }
 }
 
 void GonioProcess::send(int signal) { ::kill(pid_, signal); }

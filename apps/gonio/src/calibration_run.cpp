@@ -88,6 +88,10 @@ bool passes_at_once(const RigFile& rig) {
   return rig.driver == RigFile::Driver::simulated && !rig.world.time_scale;
 }
 
+std::filesystem::path report_in(const std::filesystem::path& folder) {
+  return folder / "report.html";
+}
+
 void write_calibration_report(const routine::Routine& calibration,
                               const std::filesystem::path& folder, const RigFile& rig,
                               std::vector<calibration_report::RefusedStep> refused) {
@@ -100,8 +104,7 @@ void write_calibration_report(const routine::Routine& calibration,
   data.instrument = calibration.instrument();
   data.now = now_utc();
   data.refused = std::move(refused);
-  files::write_text_file(folder / "report.html", calibration_report::html(data),
-                         files::Overwrite::Yes);
+  files::write_text_file(report_in(folder), calibration_report::html(data), files::Overwrite::Yes);
 }
 
 }  // namespace gonio::cli

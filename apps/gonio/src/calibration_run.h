@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,6 +42,8 @@ std::optional<calibration_report::RefusedStep> take_open_steps(const StepBench& 
 
 /// As StepBench::at_once.
 bool passes_at_once(const RigFile& rig);
+
+std::filesystem::path report_in(const std::filesystem::path& folder);
 
 /// FOLDER/report.html: what a person looks at before trusting the numbers.
 void write_calibration_report(const calibration::routine::Routine& calibration,

@@ -9,6 +9,7 @@
 #include "gonio/opened_rig/opened_rig.h"
 #include "gonio/setup/simulated_rig.h"
 #include "materials_input.h"
+#include "outputs.h"
 #include "session_calibration.h"
 
 namespace gonio::cli {
@@ -57,7 +58,7 @@ void refuse_for_seat(const AlignOptions& options) {
 int align(Context& context, const AlignOptions& options) {
   const Console& console = context.console;
   if (options.seat_sigma_deg) refuse_for_seat(options);
-  files::require_creatable(options.out, overwrite(options.force));
+  require_output(options.out, options.force, {options.rig, options.calibration});
   const KnownRig known = known_rig(options.rig, options.calibration);
   if (calibration_place(known.file, options.calibration).empty()) {
     console.warn(
@@ -76,6 +77,7 @@ int align(Context& context, const AlignOptions& options) {
   instrument::Alignment alignment;
   if (options.seat_sigma_deg) {
     alignment = alignment_by_seat(rig, Angle::from_degrees(*options.seat_sigma_deg));
+    blame("--seat-sigma", [&] { alignment.validate(); });
   } else {
     const auto opened = open_with_sample(context, known.file, options);
     if (used) used->use.serials = serials_of(*opened);

@@ -22,6 +22,7 @@
 #include "gonio/setup/calibration_settings.h"
 #include "gonio/setup/simulated_rig.h"
 #include "json_text.h"
+#include "outputs.h"
 
 namespace gonio::cli {
 namespace {
@@ -130,12 +131,34 @@ files::ProcessLock locked(const std::filesystem::path& folder) {
 }
 
 /// Before the first move: an hour's warm-up should not end at a folder that takes nothing.
-void require_writable(const std::filesystem::path& folder) {
-  const std::filesystem::path raw = routine::Folder{folder}.raw_folder();
+void require_writable(const routine::Folder& folder) {
+  const std::filesystem::path raw = folder.raw_folder();
+  for (const auto& file : {folder.archive(), folder.instrument(), report_in(folder.path)}) {
+    require_replaceable_file(file);
+  }
   std::error_code error;
   std::filesystem::create_directories(raw, error);
   if (error) throw FileError(raw, "make", error.message());
   files::require_creatable(raw / "probe");
+}
+
+/// Throws UsageError when one of the steps named alone will lack what it needs.
+void require_inputs(const instrument::CalibrationArchive& archive,
+                    const std::vector<std::string>& steps) {
+  try {
+    instrument::require_takeable(archive, steps, now_utc());
+  } catch (const std::invalid_argument& error) {
+    throw UsageError(error.what());
+  }
+}
+
+/// The same before a device is opened, by the folder's file alone.
+void require_inputs(const routine::Folder& folder, const std::vector<std::string>& steps) {
+  instrument::CalibrationArchive archive;
+  if (std::filesystem::exists(folder.archive())) {
+    archive = instrument::read_calibration_archive(folder.archive());
+  }
+  require_inputs(archive, steps);
 }
 
 /// What is to be done: what was named, or everything. None: what has to be.
@@ -166,15 +189,18 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   }
   const routine::RoutineSettings settings = settings_of(rig, options);
   if (options.out.empty()) throw UsageError("--out: the path names no folder");
+  const std::vector<std::string> wanted = steps_wanted(options);
   std::optional<files::ProcessLock>
       alone;  // a program keeps the archive in memory and writes it whole
   if (!options.list) {
-    require_writable(options.out);
+    require_writable({options.out});
     alone.emplace(locked(options.out));
+    require_inputs(routine::Folder{options.out}, wanted);
   }
   const auto opened = open_rig(rig, Parts::all, context.stop, options.seed.value_or(1));
   routine::Routine calibration =
       calibration_in({options.out, options.list}, rig, settings, *opened);
+  for (const std::string& notice : calibration.notices()) console.warn(notice);
   const auto finish = [&](int code) {
     if (options.json) {
       console.result(json_text(as_json(calibration)));
@@ -185,10 +211,15 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   };
   if (options.list) return finish(kSuccess);
 
-  AskingChanger person(opened->devices().changer);
+  require_inputs(calibration.archive(), wanted);
+  // From here on: whatever ends this, what was asked for anew is not there until it was taken.
+  if (options.redo) {
+    calibration.redo(wanted);
+    write_calibration_report(calibration, options.out, rig, {});
+  }
+  AskingChanger person(opened->devices().changer, context.stop);
   acquisition::DeviceSet devices = opened->devices();
   if (!options.yes) devices.changer = &person;
-  const std::vector<std::string> wanted = steps_wanted(options);
   const StepBench bench{context, calibration, devices, passes_at_once(rig)};
   const auto refused = wanted.empty() ? take_open_steps(bench) : take_steps(bench, wanted);
   if (refused) {
@@ -204,7 +235,7 @@ int calibrate(Context& context, const CalibrateOptions& options) {
       refused ? std::vector{*refused} : std::vector<calibration_report::RefusedStep>{});
   if (!refused && instrument::steps_to_take(calibration.archive(), now_utc()).empty()) {
     console.say(fmt::format("{}: calibrated; look at {}, then measure with --calibration {}",
-                            options.out, (folder / "report.html").string(), options.out));
+                            options.out, report_in(folder).string(), options.out));
   }
   return finish(refused ? kDoNotTrust : kSuccess);
 }
@@ -220,7 +251,8 @@ void add_calibrate(const Command& root) {
   command.text("--out", options->out,
                "Folder of the calibration; one that is there is gone on with", Need::required);
   command.texts("--only", options->only, "Take these steps alone, valid or not");
-  command.flag("--redo", options->redo, "Take all steps again");
+  command.flag("--redo", options->redo,
+               "Take all steps again, or those of --only; the old results do not hold any more");
   command.flag("--list", options->list, "Say where the steps stand; take none");
   command.seed(options->seed, "Of the simulated world (default 1)");
   command.flag("--yes", options->yes, "A simulated rig or a motorised changer mounts the targets");

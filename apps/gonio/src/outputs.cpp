@@ -5,9 +5,15 @@
 
 #include "gonio/brdf/merl_file.h"
 #include "gonio/console/failures.h"
+#include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
 
 namespace gonio::cli {
+
+void require_replaceable_file(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path) || std::filesystem::is_regular_file(path)) return;
+  throw FileError(path, "replace", "it is not a regular file");
+}
 
 void require_output(const std::string& out, bool force, std::initializer_list<std::string> inputs) {
   if (out == "-") throw UsageError("--out: found '-', expected the name of a file");
@@ -30,6 +36,7 @@ void require_output(const std::string& out, bool force, std::initializer_list<st
                        "give a place outside of it to --out");
     }
   }
+  if (force) require_replaceable_file(out);
   files::require_creatable(out, force ? files::Overwrite::Yes : files::Overwrite::No);
 }
 

@@ -11,6 +11,7 @@
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/alignment.h"
+#include "gonio/setup/calibration_settings.h"
 #include "gonio/setup/simulated_rig.h"
 
 namespace gonio::cli {
@@ -85,11 +86,20 @@ std::vector<std::string> grown_old(const acquisition::SessionMetadata& metadata,
     return std::optional(instrument::UtcSeconds(std::chrono::seconds(::timegm(&parts))));
   };
   std::vector<std::string> reasons;
+  // A clock that was set back says of nothing how old it is.
+  if (const auto began = date("provenance_started_utc", "")) {
+    const std::string to_come = instrument::time_to_come(*began, now);
+    if (!to_come.empty()) reasons.push_back("its beginning: " + to_come);
+  }
   const auto until = date("calibration_valid_until_utc", "calibration_accepted_despite");
   if (until && now > *until) {
     reasons.push_back(fmt::format("its calibration was valid until {:%Y-%m-%d %H:%M} UTC", *until));
   }
   const auto aligned = date("alignment_found_utc", "alignment_accepted_despite");
+  if (aligned) {
+    const std::string to_come = instrument::time_to_come(*aligned, now);
+    if (!to_come.empty()) reasons.push_back("its alignment: " + to_come);
+  }
   if (aligned && now > *aligned + instrument::kAlignmentHolds) {
     reasons.push_back(
         fmt::format("its alignment is of {:%Y-%m-%d %H:%M} UTC, expected one of the last {} hours",
@@ -109,7 +119,8 @@ std::optional<SessionCalibration> session_calibration(const RigFile& rig,
   const instrument::Instrument nominal = nominal_instrument(rig);
   session.use = {instrument::rig_sha256(nominal), instrument::white_sha256(nominal.white),
                  std::nullopt,
-                 std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now())};
+                 std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now()),
+                 calibration::routine::target_data(calibration_settings(rig))};
   const std::filesystem::path constants = folder / "instrument.json";
   if (files::sha256_of_file(constants) != session.archive.instrument_sha256) {
     session.changed = constants.string() +

@@ -190,7 +190,11 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   // A world in this process may stand in for a rig of metal, whose devices it is not.
   const bool own_devices = !session.simulated || session.rig.driver == RigFile::Driver::simulated;
   if (session.calibration && own_devices) session.calibration->use.serials = serials_of(*rig);
-  AskingChanger person(rig->devices().changer);
+  // A pause that comes while a person is asked finds no point to finish: it ends this part as well.
+  std::stop_source ends;
+  const std::stop_callback forward(stop, [&ends] { ends.request_stop(); });
+  AskingChanger person(rig->devices().changer, ends.get_token(), pause,
+                       [&ends] { ends.request_stop(); });
   const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
   const SessionPreflight preflight = check(devices, session, points_done);
   use_forecast(*preflight.found.forecast, session.plan);
@@ -236,7 +240,7 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   part.pause = std::move(pause);
   acquisition::SessionResult result =
       acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
-                               archive, show, std::move(stop), part);
+                               archive, show, ends.get_token(), part);
   rig->require_safe();
   return result;
 }

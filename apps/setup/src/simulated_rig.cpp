@@ -192,10 +192,14 @@ std::filesystem::path calibration_place(const RigFile& file, const std::string& 
   const std::filesystem::path named = calibration.empty()
                                           ? file.path.parent_path() / file.calibration
                                           : std::filesystem::path(calibration);
-  // The constants in a calibration folder stand for the folder: their age is in its archive.
-  const std::filesystem::path folder = named.has_parent_path() ? named.parent_path() : ".";
+  // The constants in a calibration folder stand for the folder: their age is in its archive. So do
+  // links to them.
+  std::error_code broken;  // reading tells
+  const std::filesystem::path real =
+      std::filesystem::is_symlink(named) ? std::filesystem::canonical(named, broken) : named;
+  const std::filesystem::path folder = real.has_parent_path() ? real.parent_path() : ".";
   const bool of_a_folder =
-      named.filename() == "instrument.json" && std::filesystem::exists(folder / "calibration.json");
+      real.filename() == "instrument.json" && std::filesystem::exists(folder / "calibration.json");
   return of_a_folder ? folder : named;
 }
 

@@ -7,7 +7,9 @@
 #include <stdexcept>
 
 #include "evaluate_steps.h"
+#include "gonio/calibration/result/step_refused.h"
 #include "gonio/calibration/routine/findings.h"
+#include "gonio/errors/errors.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -192,7 +194,11 @@ instrument::StepResult evaluate(const std::string& step, const Observations& obs
   const instrument::Instrument instrument = calibrated(nominal, findings);
   findings.seen_after[step] = observations.homing;
   ResultBuilder result(step);
-  found->second(observations, {nominal, settings, instrument}, findings, result);
+  try {
+    found->second(observations, {nominal, settings, instrument}, findings, result);
+  } catch (const NumericalError& error) {
+    throw StepRefused(fmt::format("found nothing that fits what was seen: {}", error.what()));
+  }
   return result.take();
 }
 

@@ -161,13 +161,15 @@ void evaluate_white(const Observations& seen, const Known& known, Findings& find
 
 void evaluate_colour(const Observations& seen, const Known& known, Findings& findings,
                      ResultBuilder& result) {
-  const ChartSpec& chart = known.settings.chart;
-  if (chart.linear_srgb.empty()) {
+  // Earlier versions did not keep it.
+  const std::vector<Eigen::Vector3d>& chart =
+      seen.chart.empty() ? known.settings.chart.linear_srgb : seen.chart;
+  if (chart.empty()) {
     result.note("no colour chart is given: the matrix is unity");
     findings.colour = ColourMatrix{};
     return;
   }
-  std::vector<ChartPatch> patches(chart.linear_srgb.size());
+  std::vector<ChartPatch> patches(chart.size());
   const std::array<double, 3> constant = constant_then(seen);
   for (const WhiteView& view : seen.whites) {
     const rig::RigPose pose = rig::forward(known.instrument.rig, view.joints);
@@ -182,7 +184,7 @@ void evaluate_colour(const Observations& seen, const Known& known, Findings& fin
       const auto channel = static_cast<std::size_t>(view.channel);
       patches[i].camera[view.channel] =
           std::numbers::pi * pixel.dn_per_s / (constant[channel] * view.monitor * geometry->factor);
-      patches[i].target = chart.linear_srgb[i];
+      patches[i].target = chart[i];
     }
   }
   const Eigen::Vector3d white = known.instrument.white.reflectance.matrix();

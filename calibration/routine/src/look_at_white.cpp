@@ -164,6 +164,7 @@ Observations look_at_colour(Bench& bench) {
   Observations seen;
   const ChartSpec& chart = bench.settings().chart;
   if (chart.linear_srgb.empty() || bench.channels().size() < kMaxColours) return seen;
+  seen.chart = chart.linear_srgb;
   bench.devices().mount(devices::Target::colour_chart);
   const rig::Joints stood = bench.go(joints_of(bench, kReference));
   const int rows = static_cast<int>(chart.linear_srgb.size()) / chart.columns;

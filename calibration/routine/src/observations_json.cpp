@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 
 #include "gonio/calibration/routine/observations.h"
@@ -15,6 +16,28 @@ constexpr const char* kFormat = "gonio-calibration-observations";
 constexpr int kVersion = 3;
 constexpr std::int64_t kMaxHomings = 1'000'000'000;
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 31;
+
+/// Of DN/s times mm2, and of seconds since whenever: what lies beyond was measured by nobody, and
+/// its powers are none of a double.
+constexpr double kLargestNumber = 1e18;
+
+void require_measurable(const nlohmann::json& value, const std::string& key,
+                        const std::filesystem::path& place) {
+  if (value.is_number() && !(std::abs(value.get<double>()) <= kLargestNumber)) {
+    throw DataFormatError(place, key,
+                          fmt::format("found {}, expected a number of at most {:g} either way",
+                                      value.dump(), kLargestNumber));
+  }
+  if (!value.is_structured()) return;
+  for (const auto& item : value.items()) {
+    const std::string& name = item.key();
+    require_measurable(item.value(),
+                       value.is_array() ? fmt::format("{}[{}]", key, name)
+                       : key.empty()    ? name
+                                        : key + "." + name,
+                       place);
+  }
+}
 
 // Angles are kept in radians, as they are in memory, so that they read back exactly.
 
@@ -232,6 +255,11 @@ std::string to_json(const std::string& step, const Observations& seen) {
                      {"expected", r.expected},
                      {"tolerance", r.tolerance}};
        })}};
+  if (!seen.chart.empty()) {
+    document["chart"] = flat(seen.chart, [](const Eigen::Vector3d& patch, Json& v) {
+      for (const double x : {patch.x(), patch.y(), patch.z()}) v.push_back(x);
+    });
+  }
   document["constant"] = nullptr;
   if (seen.constant) document["constant"] = *seen.constant;
   if (seen.darks) {
@@ -258,6 +286,7 @@ Observations observations_from_json(const std::string& text, const std::string& 
   if (const std::string found = fields.text("step"); found != step) {
     throw DataFormatError(place, "step", fmt::format("found {:?}, expected {:?}", found, step));
   }
+  require_measurable(document, "", place);
   Observations seen;
   seen.homing = static_cast<int>(fields.whole("homing", 0, kMaxHomings));
   fields.each_object("axes", [&](JsonFields& each) { seen.axes.push_back(axis_of(each)); });
@@ -297,6 +326,11 @@ Observations observations_from_json(const std::string& text, const std::string& 
     seen.ratios.push_back({each.text("name"), each.number("found"), each.number("expected"),
                            each.number("tolerance")});
   });
+  // Younger than the format.
+  if (fields.has("chart")) {
+    each_flat<3>(fields, "chart",
+                 [&](const double* v) { seen.chart.emplace_back(v[0], v[1], v[2]); });
+  }
   if (!fields.is_null("constant")) {
     const auto constant = fields.vector<3>("constant");
     seen.constant = {constant[0], constant[1], constant[2]};

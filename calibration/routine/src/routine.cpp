@@ -101,6 +101,13 @@ Routine::Routine(instrument::Instrument nominal, RoutineSettings settings, Folde
   archive_.rig_sha256 = instrument::rig_sha256(nominal_);
   archive_.white_sha256 = instrument::white_sha256(nominal_.white);
   archive_.serials = std::move(serials);
+  // What is seen would be written, and what is replaced removed, in somebody else's folder.
+  if (std::filesystem::is_symlink(folder_.raw_folder())) {
+    throw std::invalid_argument(
+        fmt::format("{}: found a link, expected a folder of the calibration's own; link the whole "
+                    "calibration instead",
+                    folder_.raw_folder().string()));
+  }
   if (std::filesystem::exists(folder_.archive())) read();
 }
 
@@ -116,17 +123,40 @@ void Routine::read() {
         "{}: was made with other devices ({}), found {}; begin in another folder",
         folder_.archive().string(), map_text(stored.serials), map_text(archive_.serials)));
   }
+  const std::vector<std::string> to_come = instrument::dates_to_come(stored, now_());
+  if (!to_come.empty()) {
+    throw std::invalid_argument(fmt::format("{}: {}", folder_.archive().string(), to_come.front()));
+  }
   // The file stays as it is until a step is taken.
-  bool as_stored = true;
+  mark_changed(stored);
+  archive_ = std::move(stored);
+  evaluate_known();
+  if (notices_.empty() && !folder_.read_only) mend_constants();
+}
+
+void Routine::mark_changed(instrument::CalibrationArchive& stored) {
   if (stored.white_sha256 != archive_.white_sha256) {
     // What saw the white has to see it again, and what keeps its constants; what was made from that
-    // is stale without it.
-    for (const char* step : {"flat_field", "stray_light", "white", "colour"}) give_up(stored, step);
-    as_stored = false;
+    // is stale then.
+    for (const char* step : {"flat_field", "stray_light", "white", "colour"}) {
+      if (instrument::find_result(stored, step) != nullptr) stored.redo.insert(step);
+    }
     stored.white_sha256 = archive_.white_sha256;
-    stored.instrument_sha256.clear();
+    notices_.emplace_back(
+        "made with another white: flat_field, stray_light, white and colour have to be taken "
+        "again");
   }
-  archive_ = std::move(stored);
+  const instrument::TargetData told = target_data(settings_);
+  for (const instrument::StepResult& result : stored.results) {
+    std::string line = instrument::told_otherwise(result, told);
+    if (line.empty() || stored.redo.contains(result.step)) continue;
+    stored.redo.insert(result.step);
+    notices_.push_back(std::move(line));
+  }
+  if (!notices_.empty()) stored.instrument_sha256.clear();
+}
+
+void Routine::evaluate_known() {
   for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
     const std::string name(step.name);
     const instrument::StepResult* result = instrument::find_result(archive_, name);
@@ -137,15 +167,44 @@ void Routine::read() {
       last_homing_ = std::max(last_homing_, seen.homing);
       require_passed(evaluate(name, seen, nominal_, settings_, findings));
       findings_ = std::move(findings);
-    } catch (const StepRefused&) {
-      // With other settings, a chart of other values say, it may not: then it has to be taken.
-      give_up(archive_, name);
-      as_stored = false;
+    } catch (const StepRefused& refused) {
+      // With other settings, or by another version, it may not: then it has to be taken.
+      archive_.redo.insert(name);
+      notices_.push_back(fmt::format("{} does not pass any more and has to be taken again: {}",
+                                     name, refused.what()));
     } catch (const std::invalid_argument& error) {
       throw DataFormatError(folder_.archive(), name, error.what());
     }
   }
-  if (as_stored && !folder_.read_only) mend_constants();
+}
+
+void Routine::redo(const std::vector<std::string>& steps) {
+  instrument::CalibrationArchive archive = archive_;
+  bool any = false;
+  for (const std::string& name : steps) {
+    step_named(name);
+    if (instrument::find_result(archive, name) == nullptr) continue;
+    archive.redo.insert(name);
+    any = true;
+  }
+  if (!any) return;
+  // As store() does it, the archive first.
+  archive.instrument_sha256.clear();
+  instrument::write_calibration_archive(folder_.archive(), archive);
+  write_constants({});
+  archive_ = std::move(archive);
+  findings_ = {};
+  evaluate_known();
+}
+
+instrument::TargetData Routine::told_of(const instrument::CalibrationStep& step) const {
+  const instrument::TargetData all = target_data(settings_);
+  instrument::TargetData told;
+  for (const std::string_view name : step.told) {
+    const auto found = all.find(std::string(name));
+    if (found != all.end()) told.insert(*found);
+  }
+  return told;
 }
 
 void Routine::mend_constants() {
@@ -209,6 +268,7 @@ const instrument::StepResult& Routine::take(const std::string& name,
   result.notes.insert(result.notes.end(), notes.begin(), notes.end());
   require_passed(result);
   result.inputs = inputs;
+  result.told = told_of(step);
   result.finished = now_();
   result.valid_until = result.finished + step.valid;
   const std::string text = to_json(name, seen);
@@ -234,8 +294,12 @@ void Routine::evaluate_borrowers(const std::string& taken, instrument::Calibrati
   for (const instrument::CalibrationStep& step : instrument::calibration_steps()) {
     const std::string name(step.name);
     const instrument::StepResult* old = instrument::find_result(archive, name);
-    if (old == nullptr || !(any_changed(step.needs) || any_changed(step.borrows))) continue;
-    if (instrument::state_of(archive, name, now_()) == instrument::StepState::stale) continue;
+    if (old == nullptr ||
+        instrument::state_of(archive, name, now_()) == instrument::StepState::stale) {
+      forget(name, findings);
+      continue;
+    }
+    if (!(any_changed(step.needs) || any_changed(step.borrows))) continue;
     Findings tried = findings;
     try {
       instrument::StepResult again =
@@ -244,6 +308,7 @@ void Routine::evaluate_borrowers(const std::string& taken, instrument::Calibrati
       again.finished = old->finished;
       again.valid_until = old->valid_until;
       again.inputs = old->inputs;
+      again.told = old->told;
       again.raw_data = old->raw_data;
       // What the devices told when it was taken is among the old ones.
       for (const std::string& note : old->notes) {
@@ -257,6 +322,7 @@ void Routine::evaluate_borrowers(const std::string& taken, instrument::Calibrati
       notes.push_back(fmt::format("{}, evaluated again with this, has to be taken again: {}", name,
                                   refused.what()));
       give_up(archive, name);
+      forget(name, findings);
     }
     changed.insert(step.name);
   }
@@ -271,7 +337,7 @@ std::string Routine::constants_of(const instrument::CalibrationArchive& archive,
   }
   instrument::Instrument found = calibrated(nominal_, findings);
   found.id = fmt::format("{}, calibrated {:%F %H:%M} UTC", nominal_.rig.name, last);
-  return instrument::to_json(found);
+  return instrument::calibrated_to_json(found);
 }
 
 void Routine::write_constants(const std::string& constants) const {

@@ -19,6 +19,9 @@ constexpr double kSpot_mm = 2.0;     // half width of the spot whose brightness 
 constexpr double kLevel = 0.6;       // of saturation, at the brightest
 constexpr double kLeft = 0.35;       // of the peak, at the edge of the fine scan
 constexpr double kStandsOut = 1.15;  // brightest over dimmest of the coarse scan; matte: up to 1.09
+// Brightest less dimmest of the coarse scan over its sigma; 49 looks at nothing come to 3 to 4.
+constexpr double kClear = 6.0;
+constexpr double kSearched_deg = 1.25 * kSearch_deg;  // how far a scan's middle may follow
 constexpr int kNarrowings = 6;
 
 /// Scans of one lamp-arm angle.
@@ -28,7 +31,7 @@ class HighlightScan {
 
   geometry::Peak peak() {
     // Coarse first: where is it, and how wide?
-    bench_.go(pose({}, {}));
+    go(pose({}, {}));
     exposure_ = bench_.exposure_for(0.25 * kLevel);
     double half_deg = kSearch_deg;
     std::vector<geometry::PeakSample> scan;
@@ -37,16 +40,12 @@ class HighlightScan {
       const auto [dimmest, brightest] =
           std::minmax_element(scan.begin(), scan.end(),
                               [](const auto& a, const auto& b) { return a.signal < b.signal; });
-      if (narrowing == 0 && brightest->signal < kStandsOut * std::max(dimmest->signal, 1e-9)) {
-        throw StepRefused(fmt::format(
-            "sample: found no highlight within {:g} deg of where its normal should be (brightest "
-            "{:.2f} times the dimmest), expected a glossy sample: align a matte one by its seat",
-            kSearch_deg, brightest->signal / std::max(dimmest->signal, 1e-9)));
-      }
+      if (narrowing == 0) require_highlight(*dimmest, *brightest);
       const auto index = static_cast<int>(brightest - scan.begin());
       centre_azimuth_ = centre_azimuth_ + (index % kSide - kSide / 2) * step(half_deg);
       centre_tilt_ = centre_tilt_ + (index / kSide - kSide / 2) * step(half_deg);
-      bench_.go(pose({}, {}));
+      require_searched();
+      go(pose({}, {}));
       exposure_ = bench_.exposure_for(kLevel);
       const double edge = edge_share(half_deg);
       if (edge > kLeft || narrowing == kNarrowings) break;
@@ -65,8 +64,45 @@ class HighlightScan {
     return bench_.joints(arm_, 0.5 * arm_ + centre_azimuth_ + azimuth_off, centre_tilt_ + tilt_off);
   }
 
+  [[noreturn]] static void refuse(const std::string& found) {
+    throw StepRefused(fmt::format(
+        "sample: found no highlight within {:g} deg of where its normal should be ({}), expected a "
+        "glossy sample that lies straight: align a matte one by its seat",
+        kSearch_deg, found));
+  }
+
+  static void require_highlight(const geometry::PeakSample& dimmest,
+                                const geometry::PeakSample& brightest) {
+    const double ratio = brightest.signal / dimmest.signal;
+    const double clear =
+        (brightest.signal - dimmest.signal) / std::hypot(brightest.sigma, dimmest.sigma);
+    if (ratio < kStandsOut) refuse(fmt::format("brightest {:.2f} times the dimmest", ratio));
+    if (clear < kClear) {
+      refuse(fmt::format("brightest and dimmest differ by {:.1f} times their noise", clear));
+    }
+  }
+
+  /// A brightness that rises on and on is none of a highlight.
+  void require_searched() const {
+    const double off_deg =
+        std::max(std::abs(centre_azimuth_.degrees()), std::abs(centre_tilt_.degrees()));
+    if (off_deg <= kSearched_deg) return;
+    refuse(fmt::format("it grows brighter out to azimuth {:+.1f}, tilt {:+.1f} deg off",
+                       centre_azimuth_.degrees(), centre_tilt_.degrees()));
+  }
+
+  /// The search stays where the axes may go.
+  rig::Joints go(const rig::Joints& joints) {
+    if (!bench_.allowed(joints)) {
+      refuse(fmt::format(
+          "it grows brighter out to the axes' limits, azimuth {:.2f}, tilt {:.2f} deg",
+          joints[bench_.axis("azimuth")].degrees(), joints[bench_.axis("tilt")].degrees()));
+    }
+    return bench_.go(joints);
+  }
+
   geometry::PeakSample sample_at(const rig::Joints& joints) {
-    const rig::Joints stood = bench_.go(joints);
+    const rig::Joints stood = go(joints);
     const Picture picture = bench_.picture(bench_.main_channel(), exposure_, 1);
     const auto spot = bench_.signal_at(picture, stood, {0.0, 0.0}, kSpot_mm);
     if (!spot)
@@ -91,15 +127,8 @@ class HighlightScan {
       bench_.tell(fmt::format("highlight with the lamp at {:g} deg, line", arm_.degrees()),
                   static_cast<std::size_t>(j), kSide);
       for (int i = 0; i < kSide; ++i) {
-        const rig::Joints at =
-            pose((i - kSide / 2) * step(half_deg), (j - kSide / 2) * step(half_deg));
-        if (!bench_.allowed(at)) {
-          throw StepRefused(fmt::format(
-              "sample: its highlight lies beyond the axes' limits (azimuth {:.2f}, tilt {:.2f} "
-              "deg), expected it within: mount the sample straighter",
-              at[bench_.axis("azimuth")].degrees(), at[bench_.axis("tilt")].degrees()));
-        }
-        scan.push_back(sample_at(at));
+        scan.push_back(
+            sample_at(pose((i - kSide / 2) * step(half_deg), (j - kSide / 2) * step(half_deg))));
       }
     }
     return scan;

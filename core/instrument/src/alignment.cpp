@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "gonio/files/text_file.h"
+#include "gonio/instrument/utc_time.h"
 #include "gonio/json/json_document.h"
 #include "gonio/json/json_fields.h"
 
@@ -59,6 +60,9 @@ std::vector<std::string> reasons_against(const Alignment& alignment, const std::
   if (!sample.empty() && !alignment.sample.empty() && sample != alignment.sample) {
     reasons.push_back(fmt::format("alignment: found one of sample \"{}\", expected \"{}\"",
                                   alignment.sample, sample));
+  }
+  if (const std::string to_come = time_to_come(alignment.found, now); !to_come.empty()) {
+    reasons.push_back("alignment: found_utc_s: " + to_come);
   }
   if (now > alignment.found + kAlignmentHolds) {
     reasons.push_back(

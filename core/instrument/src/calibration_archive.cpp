@@ -63,6 +63,7 @@ std::vector<std::string_view> needed_and_borrowed(const CalibrationStep& step) {
 
 /// How a step that is asked about itself ends the walk: needs are earlier steps only.
 bool is_stale(const CalibrationArchive& archive, const StepResult& result) {
+  if (archive.redo.contains(result.step)) return true;
   const auto& needs = find_calibration_step(result.step)->needs;
   return std::any_of(needs.begin(), needs.end(), [&](std::string_view need) {
     const StepResult* used = find_result(archive, need);
@@ -71,6 +72,15 @@ bool is_stale(const CalibrationArchive& archive, const StepResult& result) {
            taking_sha256(*used) != named->second || is_stale(archive, *used);
   });
 }
+
+void put(CalibrationArchive& archive, StepResult result) {
+  std::erase_if(archive.results, [&](const StepResult& old) { return old.step == result.step; });
+  archive.redo.erase(result.step);
+  archive.results.push_back(std::move(result));
+}
+
+/// A checksum by its beginning.
+std::string shown(const std::string& told) { return is_sha256(told) ? told.substr(0, 8) : told; }
 
 }  // namespace
 
@@ -102,6 +112,10 @@ void StepResult::validate() const {
   }
   require(inputs.size() == needs.size(), step,
           fmt::format("inputs: found {}, expected {}", inputs.size(), needs.size()));
+  for (const auto& [name, value] : told) {
+    require(std::find(known->told.begin(), known->told.end(), name) != known->told.end(), step,
+            fmt::format("told: does not use \"{}\"", name));
+  }
   std::set<std::string> names;
   for (const CalibrationParameter& parameter : parameters) {
     require(!parameter.name.empty() && names.insert(parameter.name).second, step,
@@ -138,10 +152,21 @@ void CalibrationArchive::validate() const {
   if (temperature_deg_c && !std::isfinite(*temperature_deg_c)) {
     throw std::invalid_argument("temperature_deg_c: expected a finite number");
   }
+  for (const auto& [device, serial] : serials) {
+    if (device.empty() || serial.empty()) {
+      throw std::invalid_argument(
+          fmt::format("serials: found {:?} for {:?}, expected a device and what tells it from "
+                      "others of its kind",
+                      serial, device));
+    }
+  }
   std::set<std::string> steps;
   for (const StepResult& result : results) {
     result.validate();
     require(steps.insert(result.step).second, result.step, "found twice");
+  }
+  for (const std::string& step : redo) {
+    require(find_calibration_step(step) != nullptr, step, "redo: found no step of that name");
   }
 }
 
@@ -222,10 +247,51 @@ std::map<std::string, std::string> inputs_of(const CalibrationArchive& archive,
   return inputs;
 }
 
+void require_takeable(const CalibrationArchive& archive, const std::vector<std::string>& steps,
+                      UtcSeconds now) {
+  // As if each had been taken: its result is another one, made from those before it.
+  CalibrationArchive taken = archive;
+  for (const std::string& name : steps) {
+    StepResult result;
+    result.step = name;
+    result.inputs = inputs_of(taken, name, now);
+    result.finished = now;
+    result.valid_until = UtcSeconds::max();
+    result.raw_data = {{"", "to be taken"}};
+    put(taken, std::move(result));
+  }
+}
+
+std::string told_otherwise(const StepResult& result, const TargetData& now) {
+  const CalibrationStep* step = find_calibration_step(result.step);
+  if (step == nullptr) return {};
+  std::string differences;
+  for (const std::string_view name : step->told) {
+    const auto expected = now.find(std::string(name));
+    if (expected == now.end()) continue;
+    const auto found = result.told.find(expected->first);
+    if (found != result.told.end() && found->second == expected->second) continue;
+    differences += fmt::format("{}{} was {}, now it is {}", differences.empty() ? "" : ", ", name,
+                               found == result.told.end() ? "not told" : shown(found->second),
+                               shown(expected->second));
+  }
+  if (differences.empty()) return {};
+  return fmt::format("{} was made with other targets: {}; gonio calibrate takes it again",
+                     result.step, differences);
+}
+
+std::vector<std::string> dates_to_come(const CalibrationArchive& archive, UtcSeconds now) {
+  std::vector<std::string> lines;
+  for (const StepResult& result : archive.results) {
+    const std::string line = time_to_come(result.finished, now);
+    if (!line.empty()) lines.push_back(fmt::format("{} finished: {}", result.step, line));
+  }
+  return lines;
+}
+
 void record(CalibrationArchive& archive, StepResult result) {
   result.validate();
-  std::erase_if(archive.results, [&](const StepResult& old) { return old.step == result.step; });
-  archive.results.push_back(std::move(result));
+  put(archive, std::move(result));
 }
 
 namespace {
@@ -266,7 +332,17 @@ std::vector<std::string> reasons_against(const CalibrationArchive& archive,
         "made with another white: its entry in the rig file, or its certificate, has changed "
         "since; gonio calibrate takes the steps again that saw it");
   }
+  if (archive.serials.empty()) {
+    reasons.push_back(
+        "says of no device that it was made with it, expected camera and lamp at least; calibrate "
+        "in another folder");
+  }
   if (use.serials) add_reasons_of_devices(archive.serials, *use.serials, reasons);
+  for (std::string& line : dates_to_come(archive, use.now)) reasons.push_back(std::move(line));
+  for (const StepResult& result : archive.results) {
+    std::string line = told_otherwise(result, use.told);
+    if (!line.empty()) reasons.push_back(std::move(line));
+  }
   for (const CalibrationStep& step : calibration_steps()) {
     const StepState state = state_of(archive, step.name, use.now);
     if (state == StepState::valid) continue;

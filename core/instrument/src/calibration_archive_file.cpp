@@ -64,6 +64,7 @@ Json result_to_json(const StepResult& result) {
           {"finished_utc_s", seconds(result.finished)},
           {"valid_until_utc_s", seconds(result.valid_until)},
           {"inputs", text_map(result.inputs)},
+          {"told", text_map(result.told)},
           {"parameters", parameters},
           {"covariance", covariance},
           {"residuals", residuals},
@@ -78,6 +79,8 @@ StepResult result_from_json(JsonFields& fields) {
   result.finished = time_of(fields, "finished_utc_s");
   result.valid_until = time_of(fields, "valid_until_utc_s");
   result.inputs = fields.texts_by_name("inputs");
+  // Younger than the format: nothing is known of the targets then.
+  if (fields.has("told")) result.told = fields.texts_by_name("told");
   fields.each_object("parameters", [&](JsonFields& each) {
     result.parameters.push_back({each.text("name"), each.text("unit"), each.number("value")});
   });
@@ -107,6 +110,7 @@ std::string to_json(const CalibrationArchive& archive) {
                    {"serials", text_map(archive.serials)},
                    {"temperature_deg_c", nullptr},
                    {"results", results}};
+  if (!archive.redo.empty()) document["redo"] = archive.redo;
   if (archive.temperature_deg_c) document["temperature_deg_c"] = *archive.temperature_deg_c;
   return document.dump(2) + "\n";
 }
@@ -123,6 +127,10 @@ CalibrationArchive calibration_archive_from_json(const std::string& text,
     archive.instrument_sha256 = fields.text("instrument_sha256");
     archive.serials = fields.texts_by_name("serials");
     archive.temperature_deg_c = fields.number_or_null("temperature_deg_c");
+    if (fields.has("redo")) {
+      const std::vector<std::string> redo = fields.texts("redo");
+      archive.redo = {redo.begin(), redo.end()};
+    }
     fields.each_object(
         "results", [&](JsonFields& each) { archive.results.push_back(result_from_json(each)); });
     fields.finish();

@@ -1,5 +1,7 @@
 #include "gonio/instrument/calibration_file.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "gonio/files/text_file.h"
@@ -16,6 +18,9 @@ constexpr int kVersion = 1;
 constexpr std::size_t kMaxBadPixels = 1000000;
 constexpr int kLastPixel = 65535;  ///< of a row or column
 constexpr std::size_t kMaxFileBytes = std::size_t{16} << 20U;
+constexpr const char* kArchiveKey = "archive";
+constexpr const char* kArchiveName = "calibration.json";
+constexpr const char* kConstantsName = "instrument.json";
 
 CameraModel camera_from_json(JsonFields fields) {
   CameraModel camera{.width_px = fields.integer("width_px"),
@@ -134,70 +139,75 @@ WhiteReference white_from_json(JsonFields fields) {
 
 }  // namespace
 
-std::string to_json(const Instrument& instrument) {
+namespace {
+
+Json to_document(const Instrument& instrument) {
   const CameraModel& camera = instrument.camera;
   const SensorModel& sensor = instrument.sensor;
   const LampField& field = instrument.lamp_field;
   const brdf::Rgb& white = instrument.white.reflectance;
-  const Json document = {
-      {"format", kFormat},
-      {"version", kVersion},
-      {"id", instrument.id},
-      {"rig", rig_to_json(instrument.rig)},
-      {"camera",
-       {{"width_px", camera.width_px},
-        {"height_px", camera.height_px},
-        {"fx_px", camera.fx_px},
-        {"fy_px", camera.fy_px},
-        {"cx_px", camera.cx_px},
-        {"cy_px", camera.cy_px},
-        {"k1", camera.k1},
-        {"k2", camera.k2},
-        {"p1", camera.p1},
-        {"p2", camera.p2}}},
-      {"sensor",
-       {{"gain_dn_per_e", sensor.gain_dn_per_e},
-        {"read_noise_e", sensor.read_noise_e},
-        {"full_well_e", sensor.full_well_e},
-        {"black_level_dn", sensor.black_level_dn},
-        {"saturation_dn", sensor.saturation_dn},
-        {"dark_current_e_per_s", sensor.dark_current_e_per_s},
-        {"prnu", sensor.prnu},
-        {"response",
-         {{"scale_dn", sensor.response.scale_dn},
-          {"c1", sensor.response.c1},
-          {"c2", sensor.response.c2}}},
-        {"shutter_offset_s", sensor.shutter_offset_s},
-        {"bad_pixels", pixels_to_json(sensor.bad_pixels)}}},
-      {"vignetting",
-       {{"v1", instrument.vignetting.v1},
-        {"v2", instrument.vignetting.v2},
-        {"v3", instrument.vignetting.v3}}},
-      {"lamp_field",
-       {{"c10", field.c10},
-        {"c01", field.c01},
-        {"c20", field.c20},
-        {"c11", field.c11},
-        {"c02", field.c02}}},
-      {"stray",
-       {{"fraction", instrument.stray.fraction}, {"u_fraction", instrument.stray.u_fraction}}},
-      {"white",
-       {{"id", instrument.white.id},
-        {"reflectance", Json::array({white[0], white[1], white[2]})},
-        {"angular", angular_to_json(instrument.white.angular)},
-        {"u_relative", instrument.white.u_relative}}},
-      {"u_normal_deg", instrument.u_normal.degrees()},
-      {"u_lamp_direction_deg", instrument.u_lamp_direction.degrees()},
-      {"u_joint_deg", instrument.u_joint.degrees()},
-      {"u_lamp_relative", instrument.u_lamp_relative},
-      {"u_linearity_relative", instrument.u_linearity_relative}};
-  return document.dump(2) + "\n";
+  return {{"format", kFormat},
+          {"version", kVersion},
+          {"id", instrument.id},
+          {"rig", rig_to_json(instrument.rig)},
+          {"camera",
+           {{"width_px", camera.width_px},
+            {"height_px", camera.height_px},
+            {"fx_px", camera.fx_px},
+            {"fy_px", camera.fy_px},
+            {"cx_px", camera.cx_px},
+            {"cy_px", camera.cy_px},
+            {"k1", camera.k1},
+            {"k2", camera.k2},
+            {"p1", camera.p1},
+            {"p2", camera.p2}}},
+          {"sensor",
+           {{"gain_dn_per_e", sensor.gain_dn_per_e},
+            {"read_noise_e", sensor.read_noise_e},
+            {"full_well_e", sensor.full_well_e},
+            {"black_level_dn", sensor.black_level_dn},
+            {"saturation_dn", sensor.saturation_dn},
+            {"dark_current_e_per_s", sensor.dark_current_e_per_s},
+            {"prnu", sensor.prnu},
+            {"response",
+             {{"scale_dn", sensor.response.scale_dn},
+              {"c1", sensor.response.c1},
+              {"c2", sensor.response.c2}}},
+            {"shutter_offset_s", sensor.shutter_offset_s},
+            {"bad_pixels", pixels_to_json(sensor.bad_pixels)}}},
+          {"vignetting",
+           {{"v1", instrument.vignetting.v1},
+            {"v2", instrument.vignetting.v2},
+            {"v3", instrument.vignetting.v3}}},
+          {"lamp_field",
+           {{"c10", field.c10},
+            {"c01", field.c01},
+            {"c20", field.c20},
+            {"c11", field.c11},
+            {"c02", field.c02}}},
+          {"stray",
+           {{"fraction", instrument.stray.fraction}, {"u_fraction", instrument.stray.u_fraction}}},
+          {"white",
+           {{"id", instrument.white.id},
+            {"reflectance", Json::array({white[0], white[1], white[2]})},
+            {"angular", angular_to_json(instrument.white.angular)},
+            {"u_relative", instrument.white.u_relative}}},
+          {"u_normal_deg", instrument.u_normal.degrees()},
+          {"u_lamp_direction_deg", instrument.u_lamp_direction.degrees()},
+          {"u_joint_deg", instrument.u_joint.degrees()},
+          {"u_lamp_relative", instrument.u_lamp_relative},
+          {"u_linearity_relative", instrument.u_linearity_relative}};
 }
 
-Instrument instrument_from_json(const std::string& text, const std::filesystem::path& place) {
-  const nlohmann::json document = json::parse_document(text, place, kFormat, kVersion);
+Instrument instrument_of_document(const nlohmann::json& document,
+                                  const std::filesystem::path& place) {
   JsonFields fields(document, "", place);
   Instrument instrument;
+  if (fields.has(kArchiveKey) && fields.text(kArchiveKey) != kArchiveName) {
+    throw DataFormatError(
+        place, kArchiveKey,
+        fmt::format("found {:?}, expected {:?}", fields.text(kArchiveKey), kArchiveName));
+  }
   instrument.id = fields.text("id");
   JsonFields rig = fields.object("rig");
   instrument.rig = rig_from_json(rig);
@@ -228,8 +238,38 @@ Instrument instrument_from_json(const std::string& text, const std::filesystem::
   return instrument;
 }
 
+void require_beside_archive(const std::filesystem::path& path) {
+  const std::filesystem::path real = std::filesystem::canonical(path);
+  if (real.filename() == kConstantsName &&
+      std::filesystem::exists(real.parent_path() / kArchiveName)) {
+    return;
+  }
+  throw DataFormatError(path, kArchiveKey,
+                        fmt::format("found the constants of a calibration away from its {}, which "
+                                    "says how old they are; give the calibration's folder, or a "
+                                    "copy of the whole of it",
+                                    kArchiveName));
+}
+
+}  // namespace
+
+std::string to_json(const Instrument& instrument) { return to_document(instrument).dump(2) + "\n"; }
+
+std::string calibrated_to_json(const Instrument& instrument) {
+  Json document = to_document(instrument);
+  document[kArchiveKey] = kArchiveName;
+  return document.dump(2) + "\n";
+}
+
+Instrument instrument_from_json(const std::string& text, const std::filesystem::path& place) {
+  return instrument_of_document(json::parse_document(text, place, kFormat, kVersion), place);
+}
+
 Instrument read_calibration(const std::filesystem::path& path) {
-  return instrument_from_json(files::read_text_file(path, kMaxFileBytes), path);
+  const nlohmann::json document =
+      json::parse_document(files::read_text_file(path, kMaxFileBytes), path, kFormat, kVersion);
+  if (document.contains(kArchiveKey)) require_beside_archive(path);
+  return instrument_of_document(document, path);
 }
 
 void write_calibration(const std::filesystem::path& path, const Instrument& instrument,

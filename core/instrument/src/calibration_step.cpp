@@ -36,12 +36,18 @@ std::span<const CalibrationStep> calibration_steps() {
       {"intrinsics", "focal length, principal point, distortion", {}, {"bad_pixels"}, kRebuild},
       {"stage_axes", "the axes and the camera's pose", {"intrinsics"}, {"backlash"}, kRebuild},
       // Looks at nothing: what the operator says of the datum.
-      {"sample_plane", "plane and normal of a sample", {"stage_axes"}, {}, kMonth},
+      {"sample_plane",
+       "plane and normal of a sample",
+       {"stage_axes"},
+       {},
+       kMonth,
+       {"sample_raised_mm", "u_sample_raised_mm"}},
       {"lamp_arm",
        "the lamp's place over its arc",
        {"stage_axes"},
        {"homing", "backlash"},
-       kRebuild},
+       kRebuild,
+       {"mirror_raised_mm", "u_mirror_raised_mm"}},
       {"zero_offsets",
        "zeros of the axes from mirror peaks",
        {"lamp_arm", "sample_plane"},
@@ -60,8 +66,13 @@ std::span<const CalibrationStep> calibration_steps() {
        {"flat_field"},
        {"stray_light", "warm_up"},
        kDay},
-      {"colour", "the colour matrix", {}, {"white"}, kRebuild},
-      {"verification", "that all of it holds at other poses", {"white", "zero_offsets"}, {}, kDay}};
+      {"colour", "the colour matrix", {}, {"white"}, kRebuild, {"colour_chart"}},
+      {"verification",
+       "that all of it holds at other poses",
+       {"white", "zero_offsets"},
+       {},
+       kDay,
+       {"black_glass_index"}}};
   return steps;
 }
 

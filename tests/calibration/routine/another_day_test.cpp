@@ -3,12 +3,15 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "finished_run.h"
+#include "gonio/calibration/result/step_refused.h"
 #include "gonio/files/sha256.h"
 #include "hidden_bench.h"
 #include "temporary_folder.h"
@@ -19,6 +22,7 @@ namespace {
 using instrument::StepState;
 using std::chrono::hours;
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 constexpr hours kDay{24};
@@ -119,6 +123,9 @@ TEST_F(AnotherDay, ConstantsAreTheArchivesOrNotThere) {
   Routine routine = opened(1);
   routine.take("linearity", bench.devices, {}, {});
   EXPECT_EQ(routine.state_of("flat_field"), StepState::stale);
+  EXPECT_FALSE(routine.findings().fields || routine.findings().white)
+      << "what is stale is not known, no more than to one who opens the folder";
+  EXPECT_TRUE(routine.findings().stray && routine.findings().zeros);
   EXPECT_EQ(routine.archive().instrument_sha256, "");
   EXPECT_FALSE(std::filesystem::exists(folder_.instrument()));
   std::ofstream(folder_.instrument()) << "of another calibration";
@@ -130,9 +137,124 @@ TEST_F(AnotherDay, WhatDoesNotPassWithOtherSettingsIsToBeTakenAgainAndTheFileKee
   RoutineSettings settings = test::HiddenBench::settings();
   settings.chart.linear_srgb.pop_back();
   const Routine routine = test::reopened(folder_, day(1), settings);
-  EXPECT_EQ(routine.state_of("colour"), StepState::missing);
+  EXPECT_EQ(routine.state_of("colour"), StepState::stale);
+  EXPECT_THAT(routine.notices(),
+              ElementsAre(HasSubstr("colour was made with other targets: colour_chart was")));
+  EXPECT_FALSE(routine.findings().colour);
   EXPECT_EQ(routine.state_of("verification"), StepState::valid);
   EXPECT_THAT(open_on(1), IsEmpty());
+}
+
+TEST_F(AnotherDay, AChartThatIsNotToldAgainIsTheOneThatWasSeen) {
+  RoutineSettings settings = test::HiddenBench::settings();
+  settings.chart = {};
+  const Routine routine = test::reopened(folder_, day(1), settings);
+  EXPECT_THAT(routine.notices(), IsEmpty());
+  ASSERT_TRUE(routine.findings().colour);
+  EXPECT_EQ(routine.findings().colour->matrix, opened(1).findings().colour->matrix);
+}
+
+TEST_F(AnotherDay, WhatTheOperatorSaysOfATargetHoldsForWhatWasMadeWithIt) {
+  struct Edit {
+    std::function<void(RoutineSettings&)> edit;
+    const char* told;
+    std::vector<std::string> open;
+  };
+  const std::vector<std::string> behind_the_zeros{"zero_offsets", "flat_field", "white",
+                                                  "verification"};
+  const auto after = [&](const char* step) {
+    std::vector<std::string> all{step};
+    all.insert(all.end(), behind_the_zeros.begin(), behind_the_zeros.end());
+    return all;
+  };
+  for (const Edit& each : {Edit{[](auto& s) { s.mirror.offset_mm = 1.0; },
+                                "lamp_arm was made with other targets: mirror_raised_mm was 0, now "
+                                "it is 1;",
+                                after("lamp_arm")},
+                           Edit{[](auto& s) { s.sample.u_raised_mm = 0.5; },
+                                "sample_plane was made with other targets: u_sample_raised_mm was "
+                                "0.05, now it is 0.5;",
+                                after("sample_plane")},
+                           Edit{[](auto& s) { s.black_glass_index = 1.6; },
+                                "verification was made with other targets: black_glass_index was "
+                                "1.52, now it is 1.6;",
+                                {"verification"}}}) {
+    RoutineSettings settings = test::HiddenBench::settings();
+    each.edit(settings);
+    const Routine routine = test::reopened(folder_, day(1), settings);
+    EXPECT_THAT(routine.notices(), ElementsAre(HasSubstr(each.told)));
+    EXPECT_EQ(instrument::steps_to_take(routine.archive(), day(1)), each.open);
+    EXPECT_EQ(routine.archive().instrument_sha256, "");
+  }
+  EXPECT_THAT(open_on(1), IsEmpty()) << "until one is taken the folder is as it was";
+  expect_constants_of_the_archive(1);
+}
+
+TEST_F(AnotherDay, ARedoThatIsInterruptedLeavesNothingThatPassesForWhole) {
+  opened(1).redo({"intrinsics"});  // and no more of it
+  EXPECT_FALSE(std::filesystem::exists(folder_.instrument()));
+  EXPECT_THAT(open_on(1), ElementsAre("intrinsics", "stage_axes", "sample_plane", "lamp_arm",
+                                      "zero_offsets", "flat_field", "white", "verification"));
+  const Routine routine = opened(1);
+  EXPECT_EQ(routine.archive().instrument_sha256, "");
+  EXPECT_FALSE(routine.findings().intrinsics || routine.findings().zeros);
+  EXPECT_TRUE(routine.findings().stray);
+}
+
+TEST_F(AnotherDay, WhatIsGivenUpIsNotAmongTheFindings) {
+  // Mirror images that are just good enough with the homing of the first day.
+  constexpr double kLeast_deg = 0.01985;
+  constexpr double kMost_deg = 0.01999;  // the limit is 0.02
+  instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder_.archive());
+  const auto result =
+      std::find_if(archive.results.begin(), archive.results.end(),
+                   [](const instrument::StepResult& each) { return each.step == "lamp_arm"; });
+  const Observations seen = read_observations(*result, folder_);
+  const Routine before = opened(1);
+  const instrument::Instrument nominal = test::HiddenBench::nominal(sim::HiddenImage::small);
+  Observations noisy;
+  double sigma_deg = 0.0;
+  double low_px = 0.0;
+  double high_px = 2.0;
+  for (int i = 0; i < 50 && !(sigma_deg >= kLeast_deg && sigma_deg <= kMost_deg); ++i) {
+    const double noise_px = 0.5 * (low_px + high_px);
+    noisy = seen;
+    for (std::size_t k = 0; k < noisy.mirrors.size(); ++k) {
+      noisy.mirrors[k].pixel +=
+          noise_px * Eigen::Vector2d(k % 2 == 0 ? 1.0 : -1.0, k / 2 % 2 == 0 ? 1.0 : -1.0);
+    }
+    Findings findings = before.findings();
+    try {
+      sigma_deg = evaluate("lamp_arm", noisy, nominal, before.settings(), findings).checks[0].found;
+    } catch (const StepRefused&) {
+      sigma_deg = 1.0;
+    }
+    (sigma_deg < kLeast_deg ? low_px : high_px) = noise_px;
+  }
+  ASSERT_LE(sigma_deg, kMost_deg);
+  const std::string text = to_json("lamp_arm", noisy);
+  result->raw_data.at(0).sha256 = files::sha256_of_bytes(text);
+  std::ofstream(folder_.raw("lamp_arm", result->raw_data.at(0).sha256)) << text;
+  instrument::write_calibration_archive(folder_.archive(), archive);
+
+  sim::SimOptions world = test::another_day();
+  for (auto& axis : world.axes) axis.homing_sigma = Angle::from_degrees(0.004);
+  test::HiddenBench bench(world);
+  Routine routine = opened(2);
+  ASSERT_EQ(routine.state_of("lamp_arm"), StepState::valid);
+  ASSERT_TRUE(routine.findings().lamp_arm);
+  const instrument::StepResult& homing = routine.take("homing", bench.devices, {}, {});
+  EXPECT_THAT(homing.notes, testing::Contains(HasSubstr("lamp_arm, evaluated again with this, has "
+                                                        "to be taken again")));
+  EXPECT_EQ(routine.state_of("lamp_arm"), StepState::missing);
+  EXPECT_FALSE(routine.findings().lamp_arm);
+  EXPECT_TRUE(routine.findings().stage);
+}
+
+TEST_F(AnotherDay, ATakingOfATimeToComeIsRefused) {
+  EXPECT_THAT([&] { test::reopened(folder_, test::kCalibrated - kDay); },
+              testing::ThrowsMessage<std::invalid_argument>(
+                  testing::AllOf(HasSubstr("calibration.json"), HasSubstr("which is to come"))));
 }
 
 TEST_F(AnotherDay, WhatSawTheWhiteSeesItAgainWithAnotherCertificate) {

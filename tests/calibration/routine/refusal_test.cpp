@@ -8,6 +8,7 @@
 
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/errors/errors.h"
+#include "gonio/files/sha256.h"
 #include "gonio/files/text_file.h"
 #include "hidden_bench.h"
 #include "temporary_folder.h"
@@ -148,6 +149,32 @@ TEST_F(Refusal, OfAFolderThatIsNoLongerWhatItWas) {
 
   std::ofstream(folder.archive()) << archive.substr(0, archive.size() / 2);
   EXPECT_THAT([&] { routine(); }, ThrowsMessage<DataFormatError>(HasSubstr("calibration.json")));
+}
+
+TEST_F(Refusal, OfNumbersThatNobodyHasMeasured) {
+  test::HiddenBench bench(3);
+  routine().take("darks", bench.devices, {}, {});
+  const Folder folder{folder_.path() / "cal"};
+  instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder.archive());
+  instrument::RawData& raw = archive.results.at(0).raw_data.at(0);
+  Observations seen = read_observations(archive.results.at(0), folder);
+  seen.darks->black_level_dn.value = 1e150;
+  const std::string text = to_json("darks", seen);
+  raw.sha256 = files::sha256_of_bytes(text);
+  std::ofstream(folder.raw("darks", raw.sha256)) << text;
+  instrument::write_calibration_archive(folder.archive(), archive);
+  EXPECT_THAT([&] { routine(); },
+              ThrowsMessage<DataFormatError>(testing::AllOf(
+                  HasSubstr("darks-"), HasSubstr("darks.black_level_dn.value: found 1e+150"))));
+}
+
+TEST_F(Refusal, OfRawDataBehindALink) {
+  std::filesystem::create_directories(folder_.path() / "cal");
+  std::filesystem::create_directories(folder_.path() / "elsewhere");
+  std::filesystem::create_directory_symlink(folder_.path() / "elsewhere",
+                                            folder_.path() / "cal" / "raw");
+  EXPECT_THAT([&] { routine(); },
+              ThrowsMessage<std::invalid_argument>(HasSubstr("raw: found a link")));
 }
 
 TEST_F(Refusal, OfAFolderOfOtherDevices) {

@@ -60,6 +60,10 @@ TEST(Alignment, HoldsForItsSampleForADay) {
               testing::ElementsAre(HasSubstr("found one of sample \"A17\", expected \"A18\"")));
   EXPECT_THAT(reasons_against(example(), "A17", kFound + hours(25)),
               testing::ElementsAre(HasSubstr("is of 2027-01-15 08:00 UTC")));
+  EXPECT_THAT(reasons_against(example(), "A17", kFound - std::chrono::minutes(5)),
+              testing::IsEmpty());
+  EXPECT_THAT(reasons_against(example(), "A17", kFound - hours(1)),
+              testing::ElementsAre(HasSubstr("found 2027-01-15 08:00 UTC, which is to come")));
   Alignment unnamed = example();
   unnamed.sample.clear();
   EXPECT_THAT(reasons_against(unnamed, "A18", kFound), testing::IsEmpty());

@@ -87,6 +87,78 @@ TEST(CalibrationArchive, NewResultMakesAllThatRestOnItStale) {
   EXPECT_FALSE(is_whole(archive, kNoon));
 }
 
+TEST(CalibrationArchive, WhatIsToBeRedoneIsStaleUntilItIsTakenWithAllThatRestsOnIt) {
+  CalibrationArchive archive = whole();
+  archive.redo = {"linearity"};
+  archive = calibration_archive_from_json(to_json(archive), "archive.json");
+  EXPECT_EQ(state_of(archive, "linearity", kNoon), StepState::stale);
+  EXPECT_THAT(steps_to_take(archive, kNoon),
+              ElementsAre("linearity", "photon_transfer", "flat_field", "white", "verification"));
+  EXPECT_FALSE(is_whole(archive, kNoon));
+  EXPECT_THAT(reasons_against(archive, use_at(kNoon)),
+              testing::Contains(HasSubstr("linearity is stale")));
+  record(archive, result_of(archive, "linearity", kNoon));
+  EXPECT_EQ(state_of(archive, "linearity", kNoon), StepState::valid);
+  archive.redo = {"linearty"};
+  EXPECT_THROW(archive.validate(), std::invalid_argument);
+}
+
+TEST(CalibrationArchive, ATakingOfATimeToComeIsARefusal) {
+  CalibrationArchive archive = whole();
+  EXPECT_THAT(dates_to_come(archive, kNoon - std::chrono::minutes(5)), IsEmpty());
+  record(archive, result_of(archive, "homing", kNoon + std::chrono::hours(24 * 365)));
+  EXPECT_THAT(dates_to_come(archive, kNoon),
+              ElementsAre(HasSubstr("homing finished: found 2028-01-15 08:00 UTC, which is to come "
+                                    "(it is 2027-01-15 08:00 now)")));
+  EXPECT_THAT(reasons_against(archive, use_at(kNoon)),
+              ElementsAre(HasSubstr("homing finished: found")));
+}
+
+TEST(CalibrationArchive, OtherTargetsAreARefusalOfWhatUsedThem) {
+  CalibrationArchive archive = whole();
+  StepResult result = *find_result(archive, "lamp_arm");
+  result.told = {{"mirror_raised_mm", "0"}, {"u_mirror_raised_mm", "0.02"}};
+  record(archive, result);
+  archive = calibration_archive_from_json(to_json(archive), "archive.json");
+  CalibrationUse use = use_at(kNoon);
+  use.told = {{"mirror_raised_mm", "0"}, {"u_mirror_raised_mm", "0.02"}};
+  EXPECT_THAT(reasons_against(archive, use), IsEmpty());
+  use.told["mirror_raised_mm"] = "1";
+  EXPECT_THAT(reasons_against(archive, use),
+              ElementsAre("lamp_arm was made with other targets: mirror_raised_mm was 0, now it is "
+                          "1; gonio calibrate takes it again"));
+  use.told["black_glass_index"] = "1.6";  // of a result that does not say: an earlier version's
+  EXPECT_THAT(reasons_against(archive, use),
+              testing::Contains(HasSubstr("verification was made with other targets: "
+                                          "black_glass_index was not told, now it is 1.6")));
+  result.told["black_glass_index"] = "1.5";
+  EXPECT_THROW(record(archive, result), std::invalid_argument);
+}
+
+TEST(CalibrationArchive, KnowsBeforehandWhichStepsCannotBeTaken) {
+  const auto refused = [](const CalibrationArchive& archive, const std::vector<std::string>& steps,
+                          const char* says) {
+    EXPECT_THAT([&] { require_takeable(archive, steps, kNoon); },
+                testing::ThrowsMessage<std::invalid_argument>(HasSubstr(says)));
+  };
+  CalibrationArchive empty;
+  refused(empty, {"darks", "stage_axes"}, "stage_axes needs intrinsics, which is missing");
+  EXPECT_NO_THROW(require_takeable(empty, {"darks", "linearity", "photon_transfer"}, kNoon));
+  EXPECT_NO_THROW(require_takeable(whole(), {"lamp_arm"}, kNoon));
+  // Taken anew, the first makes stale what stands between them.
+  refused(whole(), {"intrinsics", "lamp_arm"}, "lamp_arm needs stage_axes, which is stale");
+}
+
+TEST(CalibrationArchive, ADeviceWithoutIdentityIsNone) {
+  CalibrationArchive archive = whole();
+  archive.serials = {{"camera", ""}};
+  EXPECT_THAT([&] { archive.validate(); },
+              testing::ThrowsMessage<std::invalid_argument>(HasSubstr("serials: found \"\"")));
+  archive.serials.clear();
+  EXPECT_THAT(reasons_against(archive, use_at(kNoon)),
+              ElementsAre(HasSubstr("says of no device that it was made with it")));
+}
+
 TEST(CalibrationArchive, NumbersHadAgainFromWhatWasSeenMakeNothingStale) {
   CalibrationArchive archive = whole();
   record(archive, result_of(archive, "intrinsics", kNoon, 2.0));

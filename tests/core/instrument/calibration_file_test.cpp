@@ -4,10 +4,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 
 #include "example_instrument.h"
 #include "gonio/errors/errors.h"
+#include "gonio/files/atomic_file.h"
+#include "temporary_folder.h"
 
 namespace gonio::instrument {
 namespace {
@@ -174,6 +177,36 @@ TEST(CalibrationFile, RefusesALinkToAnAxisThatDoesNotExist) {
   EXPECT_THAT(refusal(replaced(to_json(example_instrument()), "\"axis\": \"lamp_arm\"",
                                "\"axis\": \"lamp\"")),
               HasSubstr("cal.json"));
+}
+
+TEST(CalibrationFile, ConstantsOfACalibrationAreReadBesideTheirArchiveOnly) {
+  namespace fs = std::filesystem;
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "cal");
+  const fs::path constants = folder.path() / "cal" / "instrument.json";
+  const std::string text = calibrated_to_json(example_instrument());
+  files::write_text_file(constants, text);
+  const auto refused = [](const fs::path& path) {
+    EXPECT_THAT([&] { read_calibration(path); },
+                testing::ThrowsMessage<DataFormatError>(testing::AllOf(
+                    HasSubstr(path.string()), HasSubstr("away from its calibration.json"))));
+  };
+  refused(constants);
+  files::write_text_file(folder.path() / "cal" / "calibration.json", "");
+  EXPECT_EQ(to_json(read_calibration(constants)), to_json(example_instrument()));
+  fs::copy_file(constants, folder.path() / "copy.json");
+  refused(folder.path() / "copy.json");
+  fs::create_hard_link(constants, folder.path() / "instrument.json");
+  refused(folder.path() / "instrument.json");
+  fs::copy_file(constants, folder.path() / "cal" / "older.json");
+  refused(folder.path() / "cal" / "older.json");
+  fs::create_symlink(constants, folder.path() / "link.json");
+  EXPECT_NO_THROW(read_calibration(folder.path() / "link.json"));
+  EXPECT_THAT(refusal(replaced(text, "calibration.json", "../calibration.json")),
+              HasSubstr("archive: found \"../calibration.json\""));
+  // Without a calibration there is no age to lose.
+  files::write_text_file(folder.path() / "bare.json", to_json(example_instrument()));
+  EXPECT_NO_THROW(read_calibration(folder.path() / "bare.json"));
 }
 
 }  // namespace

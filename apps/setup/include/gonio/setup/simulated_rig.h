@@ -29,7 +29,8 @@ sim::SimOptions simulated_world(const RigFile& file,
 instrument::Instrument nominal_instrument(const RigFile& file);
 
 /// Where the calibration lies that is named on the command line, else in the rig file: a file of
-/// constants, or a folder of `gonio calibrate`, whose instrument.json they are. Empty: none.
+/// constants, or a folder of `gonio calibrate`, whose instrument.json they are, also where that
+/// file or a link to it is named. Empty: none.
 std::filesystem::path calibration_place(const RigFile& file, const std::string& calibration);
 
 /// The calibration file named on the command line, else in the rig file, else nominal constants;

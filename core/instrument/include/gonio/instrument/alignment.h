@@ -34,7 +34,7 @@ struct Alignment {
 constexpr std::chrono::hours kAlignmentHolds{24};
 
 /// Why a session of `sample` (empty: not said) should not use the alignment, one line each: another
-/// sample's, or too old. Empty when it may.
+/// sample's, too old or of a time to come. Empty when it may.
 std::vector<std::string> reasons_against(const Alignment& alignment, const std::string& sample,
                                          std::chrono::sys_seconds now);
 

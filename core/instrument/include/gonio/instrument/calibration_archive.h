@@ -5,17 +5,20 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "gonio/instrument/acceptance_check.h"
 #include "gonio/instrument/calibration_step.h"
 #include "gonio/instrument/instrument.h"
+#include "gonio/instrument/utc_time.h"
 
 namespace gonio::instrument {
 
-/// Seconds of UTC since 1970.
-using UtcSeconds = std::chrono::sys_seconds;
+/// What the operator says of targets: "mirror_raised_mm" -> "0.5". Names are those of the rig
+/// file's [targets], and "colour_chart" with the SHA-256 of its certificate.
+using TargetData = std::map<std::string, std::string>;
 
 struct CalibrationParameter {
   std::string name;  ///< "camera.fx_px"
@@ -35,6 +38,8 @@ struct StepResult {
   UtcSeconds finished{};
   UtcSeconds valid_until{};
   std::map<std::string, std::string> inputs;  ///< step -> taking_sha256() of the result it used
+  /// With what was told of the targets: of CalibrationStep::told what was known then.
+  TargetData told;
   std::vector<CalibrationParameter> parameters;
   Eigen::MatrixXd covariance;               ///< of the parameters, in their order and units
   std::map<std::string, double> residuals;  ///< named statistics: "reprojection_rms_px"
@@ -43,9 +48,10 @@ struct StepResult {
   std::vector<std::string> notes;
 
   /// Throws std::invalid_argument naming the field: an unknown step, inputs that are not exactly
-  /// what the step needs, a check that did not pass, parameters named twice, numbers that are not
-  /// finite, a covariance of another size, not symmetric or not positive semidefinite, a validity
-  /// that ends before it begins, a checksum that is none.
+  /// what the step needs, something told that it does not use, a check that did not pass,
+  /// parameters named twice, numbers that are not finite, a covariance of another size, not
+  /// symmetric or not positive semidefinite, a validity that ends before it begins, a checksum that
+  /// is none.
   void validate() const;
 };
 
@@ -59,8 +65,12 @@ struct CalibrationArchive {
   std::map<std::string, std::string> serials;  ///< device -> serial number or identity
   std::optional<double> temperature_deg_c;
   std::vector<StepResult> results;  ///< at most one of a step
+  /// Steps whose result somebody wants anew, or what it was made with has changed: stale until they
+  /// are taken.
+  std::set<std::string> redo;
 
-  /// Throws std::invalid_argument naming the result: as StepResult::validate(), a step twice.
+  /// Throws std::invalid_argument naming the result: as StepResult::validate(), a step twice, one
+  /// to redo that is none, a device without identity.
   void validate() const;
 };
 
@@ -87,9 +97,9 @@ std::string taking_sha256(const StepResult& result);
 /// Null when the step has no result.
 const StepResult* find_result(const CalibrationArchive& archive, std::string_view step);
 
-/// A result is stale as soon as one that it needs was taken anew, is missing or stale itself:
-/// nothing needs to be marked. One it borrows from makes nothing stale. Throws
-/// std::invalid_argument for a step that is none.
+/// A result is stale when it is to be redone, and as soon as one that it needs was taken anew, is
+/// missing or stale itself: what rests on it needs no mark. One it borrows from makes nothing
+/// stale. Throws std::invalid_argument for a step that is none.
 StepState state_of(const CalibrationArchive& archive, std::string_view step, UtcSeconds now);
 
 /// Every step has a result that is not stale. One that has expired is known, but not for a new
@@ -104,8 +114,21 @@ std::vector<std::string> steps_to_take(const CalibrationArchive& archive, UtcSec
 std::map<std::string, std::string> inputs_of(const CalibrationArchive& archive,
                                              std::string_view step, UtcSeconds now);
 
-/// Puts a result in the place of the older one of its step. Throws as StepResult::validate(); the
-/// archive then is as it was.
+/// Whether `steps`, in order, can be taken one after the other: throws std::invalid_argument as
+/// inputs_of() will for the first that cannot, for what earlier ones make stale as well.
+void require_takeable(const CalibrationArchive& archive, const std::vector<std::string>& steps,
+                      UtcSeconds now);
+
+/// Why a result was made with other targets than `now` says, one line; empty when it was not. What
+/// `now` does not name is not compared.
+std::string told_otherwise(const StepResult& result, const TargetData& now);
+
+/// Of each result that is said to be taken later than now, beyond what clocks differ by, one line:
+/// a date that is wrong says nothing of its age.
+std::vector<std::string> dates_to_come(const CalibrationArchive& archive, UtcSeconds now);
+
+/// Puts a result in the place of the older one of its step, which is redone with that. Throws as
+/// StepResult::validate(); the archive then is as it was.
 void record(CalibrationArchive& archive, StepResult result);
 
 /// What a session is told besides the archive.
@@ -116,11 +139,12 @@ struct CalibrationUse {
   /// map they are not known yet, as before devices are opened: nothing is said about them then.
   std::optional<std::map<std::string, std::string>> serials;
   UtcSeconds now{};
+  TargetData told = {};  ///< what is not named is not compared
 };
 
 /// Why a session should not use the archive, one line each: made on another rig, with another
-/// white, with devices that
-/// are others or not there, steps missing, stale or expired, and what to do. Empty when it may.
+/// white, with other targets, with devices that are others, not there or not known, steps missing,
+/// stale, expired or of a time to come, and what to do. Empty when it may.
 std::vector<std::string> reasons_against(const CalibrationArchive& archive,
                                          const CalibrationUse& use);
 

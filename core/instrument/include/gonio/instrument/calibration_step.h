@@ -18,6 +18,9 @@ struct CalibrationStep {
   /// before.
   std::vector<std::string_view> borrows;
   std::chrono::hours valid;  ///< after that it has to be repeated
+  /// What the operator says of its targets and it takes for true, by name (TargetData): once one is
+  /// another, it must be taken anew.
+  std::vector<std::string_view> told = {};
 };
 
 /// All steps in the order in which they are taken.

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "gonio/calibration/geometry/lamp_arm.h"
@@ -18,6 +19,7 @@
 #include "gonio/calibration/routine/observations.h"
 #include "gonio/calibration/routine/settings.h"
 #include "gonio/calibration/sensor/axis_motion.h"
+#include "gonio/calibration/sensor/darks.h"
 #include "gonio/calibration/sensor/lamp_stability.h"
 #include "gonio/calibration/sensor/linearity.h"
 #include "gonio/calibration/sensor/photon_transfer.h"
@@ -74,6 +76,10 @@ Angle homing_scatter(const Findings& findings, const std::string& axis);
 instrument::StepResult evaluate(const std::string& step, const Observations& observations,
                                 const instrument::Instrument& nominal,
                                 const RoutineSettings& settings, Findings& findings);
+
+/// Takes out what a step has found, as if it had never been taken. Throws std::invalid_argument for
+/// a step that is none.
+void forget(std::string_view step, Findings& findings);
 
 /// The nominal instrument with everything found in the place of what was assumed.
 instrument::Instrument calibrated(const instrument::Instrument& nominal, const Findings& findings);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <filesystem>
@@ -71,6 +72,9 @@ struct Observations {
   /// The white's, per channel, when trap or chart were looked at: what they sent is compared with a
   /// white in the light of that day.
   std::optional<std::array<double, 3>> constant;
+  /// Linear sRGB of the chart's patches as its certificate said when it was looked at, which nobody
+  /// may tell again on another day; empty when there was none.
+  std::vector<Eigen::Vector3d> chart;
   /// What was looked for and not found, a line each. Never stored: such a step does not pass.
   std::vector<std::string> unseen;
 };

@@ -49,16 +49,19 @@ Observations read_observations(const instrument::StepResult& result, const Folde
 ///
 /// State    A folder that exists is gone on with: results that are not stale are read and evaluated
 ///          again from what their steps saw, in seconds; those that have expired are known, if not
-///          for a new session. Constants that are not the archive's, as a kill between two writes
-///          leaves them, are written again. A step that is refused or stopped leaves folder and
-///          findings as they were.
+///          for a new session. What was made with another white or other targets, or does not pass
+///          any more, counts as stale, which notices() tells; the file says so once a step is
+///          taken. Constants that are not the archive's, as a kill between two writes leaves them,
+///          are written again. A step that is refused or stopped leaves folder and findings as they
+///          were. Findings are those of the results that are not stale, no others.
 /// Threads  One; a stop request from any thread stops the axes at once.
 class Routine {
  public:
   /// `nominal`  The instrument as designed, with the white's certificate. `serials` as in
   ///            CalibrationArchive; `now` is the time of day, for validity.
-  /// Throws std::invalid_argument: a folder of another rig or other devices, naming both;
-  /// DataFormatError: a corrupt archive, or observations that are not those it names.
+  /// Throws std::invalid_argument: a folder of another rig or other devices, naming both, results
+  /// of a time to come, raw data behind a link; DataFormatError: a corrupt archive, or observations
+  /// that are not those it names.
   Routine(instrument::Instrument nominal, RoutineSettings settings, Folder folder,
           std::map<std::string, std::string> serials, std::function<instrument::UtcSeconds()> now);
 
@@ -67,6 +70,13 @@ class Routine {
   const RoutineSettings& settings() const { return settings_; }
   /// With all that was found so far.
   instrument::Instrument instrument() const;
+  /// What of the folder cannot be used as it is, one line each.
+  const std::vector<std::string>& notices() const { return notices_; }
+
+  /// Marks results as to be redone, in the folder as well, before anything is looked at: whatever
+  /// ends the program from now on, they and what rests on them are stale until they are taken.
+  /// Throws std::invalid_argument for a step that is none, FileError.
+  void redo(const std::vector<std::string>& steps);
 
   /// Takes one step: mounts its target, looks, evaluates, stores. Homes the axes first unless
   /// they were homed by this object. What later steps that borrow from it saw is evaluated again;
@@ -83,9 +93,12 @@ class Routine {
 
  private:
   void read();
+  void mark_changed(instrument::CalibrationArchive& stored);
+  void evaluate_known();
   /// Later results with what `taken` has come to by now, in archive and findings.
   void evaluate_borrowers(const std::string& taken, instrument::CalibrationArchive& archive,
                           Findings& findings, std::vector<std::string>& notes) const;
+  instrument::TargetData told_of(const instrument::CalibrationStep& step) const;
   void store(const std::filesystem::path& raw, const std::string& text,
              instrument::CalibrationArchive archive, Findings findings);
   /// Empty while a step is missing or stale.
@@ -101,6 +114,7 @@ class Routine {
   instrument::CalibrationArchive archive_;
   Findings findings_;
   int last_homing_ = 0;  ///< the largest Observations::homing of the folder
+  std::vector<std::string> notices_;
   bool homed_ = false;
 };
 

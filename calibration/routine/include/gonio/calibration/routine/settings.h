@@ -10,6 +10,7 @@
 #include "gonio/calibration/board/board_spec.h"
 #include "gonio/calibration/geometry/lamp_arm.h"
 #include "gonio/calibration/geometry/sample_plane.h"
+#include "gonio/instrument/calibration_archive.h"
 
 namespace gonio::calibration::routine {
 
@@ -44,5 +45,8 @@ struct RoutineSettings {
   double max_bad_pixel_fraction = 0.002;
   int white_frames = 4;
 };
+
+/// What the settings say of targets, as results keep it. A chart without patches is not told.
+instrument::TargetData target_data(const RoutineSettings& settings);
 
 }  // namespace gonio::calibration::routine
