@@ -85,7 +85,8 @@ void look_at_black_glass(Bench& bench, std::vector<RatioCheck>& ratios) {
     bench.go(bench.joints(arm, 0.5 * arm, {}));
     const std::chrono::nanoseconds exposure = bench.exposure_for(kGlassLevel);
     const auto image =
-        find_highlight(bench.frame(exposure), bench.instrument().sensor.black_level_dn,
+        find_highlight(bench.frame(exposure), bench.bad_pixels(),
+                       bench.instrument().sensor.black_level_dn,
                        lamp_image_radius_px(bench.instrument()));
     if (!image) {
       throw StepRefused(fmt::format(
