@@ -6,7 +6,10 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace gonio::calibration::board {
@@ -31,6 +34,14 @@ constexpr double kFound_px = 1e-5;
 constexpr int kSteps = 40;
 // Of half the contrast, rms over the window: markers, shadows and highlights fit worse.
 constexpr double kMostMisfit = 0.15;
+// Of the window: more leaves an edge to few pixels, and an overexposed square its dimmest ones
+// only.
+constexpr double kMostUnusable = 0.1;
+// A pixel that is off by as much as this of half the contrast, and of the spread of the others (by
+// their median; shot noise makes white wider than black), is a defect that no map knows.
+constexpr double kDefect = 0.25;
+constexpr double kDefectSpreads = 8.0;
+constexpr double kNormalSpread = 1.4826;  // standard deviation over median deviation
 
 /// A pixel of the window, from its middle.
 struct Pixel {
@@ -132,32 +143,12 @@ std::optional<Unknowns> first_guess(const Window& window, const Eigen::Vector2d&
   return u;
 }
 
-}  // namespace
-
-std::optional<Eigen::Vector2d> fit_saddle(const cv::Mat& image, const Eigen::Vector2d& start,
-                                          int half) {
-  const int column = static_cast<int>(std::lround(start.x()));
-  const int row = static_cast<int>(std::lround(start.y()));
-  if (column < half || row < half || column + half >= image.cols || row + half >= image.rows) {
-    return std::nullopt;
-  }
-  Window window;
-  for (int y = -half; y <= half; ++y) {
-    for (int x = -half; x <= half; ++x) {
-      window.push_back({static_cast<double>(x), static_cast<double>(y),
-                        static_cast<double>(image.at<float>(row + y, column + x))});
-    }
-  }
-  const Eigen::Vector2d corner = start - Eigen::Vector2d(column, row);
-  const auto guess = first_guess(window, corner);
-  if (!guess) return std::nullopt;
-
-  // Levenberg and Marquardt.
-  Unknowns u = *guess;
+/// The model's unknowns from a first guess on, by Levenberg and Marquardt; nothing where they do
+/// not settle near `corner`.
+std::optional<Unknowns> settled(const Window& window, const Eigen::Vector2d& corner, Unknowns u) {
   double squares = misfit(window, u);
   double damping = 1e-3;
-  bool found = false;
-  for (int k = 0; k < kSteps && !found; ++k) {
+  for (int k = 0; k < kSteps; ++k) {
     Normal normal = Normal::Zero();
     Unknowns gradient = Unknowns::Zero();
     Unknowns slope;
@@ -181,12 +172,66 @@ std::optional<Eigen::Vector2d> fit_saddle(const cv::Mat& image, const Eigen::Vec
     u = next;
     squares = then;
     damping = std::max(0.1 * damping, 1e-9);
-    found = change.segment<2>(kCorner).norm() < kFound_px;
+    if (change.segment<2>(kCorner).norm() < kFound_px) return u;
   }
-  const double contrast = 0.5 * std::abs(u[kWhite] - u[kBlack]);
-  const double rms = std::sqrt(squares / static_cast<double>(window.size()));
-  if (!found || !(rms < kMostMisfit * contrast)) return std::nullopt;
-  return u.segment<2>(kCorner) + Eigen::Vector2d(column, row);
+  return std::nullopt;
+}
+
+double contrast_of(const Unknowns& u) { return 0.5 * std::abs(u[kWhite] - u[kBlack]); }
+
+/// The window without pixels that are far from the model where their neighbours are near.
+Window without_defects(const Window& window, const Unknowns& u) {
+  Unknowns unused;
+  std::vector<double> far;
+  for (const Pixel& p : window) far.push_back(std::abs(p.value - model(u, p, unused)));
+  std::vector<double> sorted = far;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double limit = std::max(kDefect * contrast_of(u), kDefectSpreads * kNormalSpread * *middle);
+  Window kept;
+  for (std::size_t i = 0; i < window.size(); ++i) {
+    if (far[i] <= limit) kept.push_back(window[i]);
+  }
+  return kept;
+}
+
+}  // namespace
+
+Saddle fit_saddle(const cv::Mat& image, const cv::Mat& used, const Eigen::Vector2d& start,
+                  int half) {
+  const int column = static_cast<int>(std::lround(start.x()));
+  const int row = static_cast<int>(std::lround(start.y()));
+  if (column < half || row < half || column + half >= image.cols || row + half >= image.rows) {
+    return {SaddleOutcome::at_the_edge};
+  }
+  Window window;
+  for (int y = -half; y <= half; ++y) {
+    for (int x = -half; x <= half; ++x) {
+      if (used.at<std::uint8_t>(row + y, column + x) == 0) continue;
+      window.push_back({static_cast<double>(x), static_cast<double>(y),
+                        static_cast<double>(image.at<float>(row + y, column + x))});
+    }
+  }
+  const double all = std::pow(2.0 * half + 1.0, 2);
+  if (static_cast<double>(window.size()) < (1.0 - kMostUnusable) * all) {
+    return {SaddleOutcome::unusable};
+  }
+  const Eigen::Vector2d corner = start - Eigen::Vector2d(column, row);
+  const auto guess = first_guess(window, corner);
+  if (!guess) return {SaddleOutcome::misfit};
+  auto found = settled(window, corner, *guess);
+  if (!found) return {SaddleOutcome::misfit};
+  if (Window kept = without_defects(window, *found); kept.size() < window.size()) {
+    if (static_cast<double>(kept.size()) < (1.0 - kMostUnusable) * all) {
+      return {SaddleOutcome::misfit};
+    }
+    window = std::move(kept);
+    found = settled(window, corner, *found);
+    if (!found) return {SaddleOutcome::misfit};
+  }
+  const double rms = std::sqrt(misfit(window, *found) / static_cast<double>(window.size()));
+  if (!(rms < kMostMisfit * contrast_of(*found))) return {SaddleOutcome::misfit};
+  return {SaddleOutcome::found, found->segment<2>(kCorner) + Eigen::Vector2d(column, row)};
 }
 
 }  // namespace gonio::calibration::board

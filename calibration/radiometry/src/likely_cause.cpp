@@ -24,6 +24,9 @@ constexpr double kDark = 0.001;
 constexpr double kLargestLog = 3.0;
 constexpr double kZeroStepDeg = 0.02;
 constexpr int kZeroRounds = 3;
+constexpr double kMostPerRound_deg = 2.0;
+/// Of half the white's width: a part of the white whose middle lies within is clear of its edge.
+constexpr double kClearOfEdge = 0.92;
 /// Of the number of residuals: chi^2 that one more size has to take away, for what no cause
 /// explains (fields, certificate) is as large as a residual's sigma and may look like a little of
 /// any.
@@ -78,6 +81,31 @@ class Evidence {
       values.push_back(error.y());
     }
     return Eigen::Map<const Residuals>(values.data(), static_cast<Eigen::Index>(values.size()));
+  }
+
+  /// 1 where a residual says something if the rig is any of `rigs`: the mirror's all, and those of
+  /// the white that lie on it. With an axis that turns the other way or counts from elsewhere the
+  /// white lies elsewhere in the picture, and its edge, which no prediction knows, would outweigh
+  /// all else. What a rig sees from behind stays: it speaks against that rig.
+  Eigen::VectorXd on_the_white(const std::vector<instrument::Instrument>& rigs) const {
+    std::vector<double> kept;
+    for (const WhiteView& view : data_.white) {
+      const std::size_t first = kept.size();
+      kept.resize(first + view.pixels.size(), 1.0);
+      for (const instrument::Instrument& rig : rigs) {
+        const rig::RigPose pose = rig::forward(rig.rig, view.joints);
+        for (std::size_t i = 0; i < view.pixels.size(); ++i) {
+          const auto seen =
+              instrument::pixel_geometry(rig, pose, view.pixels[i].column, view.pixels[i].row);
+          if (seen && seen->point_in_sample_mm.head<2>().cwiseAbs().maxCoeff() >
+                          kClearOfEdge * data_.white_half_width_mm) {
+            kept[first + i] = 0.0;
+          }
+        }
+      }
+    }
+    kept.resize(kept.size() + 2 * data_.mirror.size(), 1.0);
+    return Eigen::Map<const Eigen::VectorXd>(kept.data(), static_cast<Eigen::Index>(kept.size()));
   }
 
   /// A pattern that lies on the white alone: `value` of every pixel, over its sigma.
@@ -138,22 +166,29 @@ struct Hypothesis {
   Cause cause = Cause::unknown;
   std::string sentence;    ///< with {} for the fitted size
   Eigen::MatrixXd design;  ///< residuals = design * sizes
+  Residuals residuals;     ///< of the instrument that `size` counts from `start`
+  double start = 0.0;      ///< of its first pattern
   double chi2 = 0.0;       ///< what it leaves
   double size = 0.0;       ///< of its first pattern; of factors: the largest, in per cent
 
-  double priced() const {
-    return chi2 + kPrice * static_cast<double>(design.rows() * design.cols());
+  double priced(double rows) const {
+    return chi2 + kPrice * rows * static_cast<double>(design.cols());
   }
 };
 
-Eigen::VectorXd solved(const Eigen::MatrixXd& design, const Residuals& residuals) {
-  return design.colPivHouseholderQr().solve(residuals);
+/// Least squares over the rows that are kept.
+Eigen::VectorXd solved(const Eigen::MatrixXd& design, const Residuals& residuals,
+                       const Eigen::VectorXd& kept) {
+  const Eigen::MatrixXd rows = kept.asDiagonal() * design;
+  return rows.colPivHouseholderQr().solve(kept.cwiseProduct(residuals));
 }
 
 /// A pattern beside factors on the colours: the constants were taken with the same mistake.
 Hypothesis beside(const Eigen::MatrixXd& factors, Cause cause, std::string sentence,
                   const Residuals& pattern) {
-  Hypothesis hypothesis{cause, std::move(sentence), {}};
+  Hypothesis hypothesis;
+  hypothesis.cause = cause;
+  hypothesis.sentence = std::move(sentence);
   hypothesis.design.resize(pattern.size(), 1 + factors.cols());
   hypothesis.design << pattern, factors;
   return hypothesis;
@@ -161,11 +196,12 @@ Hypothesis beside(const Eigen::MatrixXd& factors, Cause cause, std::string sente
 
 std::vector<Hypothesis> of_the_light(const instrument::Instrument& instrument,
                                      const Evidence& evidence, const Eigen::MatrixXd& factors) {
-  std::vector<Hypothesis> list;
-  list.push_back({Cause::stale_white,
-                  "every picture of a colour is off by one factor (up to {:+.1f} %): the white is "
-                  "stale or soiled, or the lamp has changed; measure the white again",
-                  factors});
+  std::vector<Hypothesis> list(1);
+  list[0].cause = Cause::stale_white;
+  list[0].sentence =
+      "every picture of a colour is off by one factor (up to {:+.1f} %): the white is stale or "
+      "soiled, or the lamp has changed; measure the white again";
+  list[0].design = factors;
   list.push_back(beside(
       factors, Cause::response_curve,
       "signals go with a power of the light (exponent off by {:+.2f}): a gamma or lookup table is "
@@ -207,61 +243,52 @@ Residuals by_zero(const instrument::Instrument& instrument, const Evidence& evid
   return (residuals - evidence.residuals(turned(instrument, axis, step))) / kZeroStepDeg;
 }
 
-Hypothesis zero_of(const instrument::Instrument& instrument, const Evidence& evidence,
-                   const Residuals& residuals, const Eigen::MatrixXd& factors, std::size_t axis) {
-  return beside(factors, Cause::zero_offset,
-                instrument.rig.axes[axis].name +
-                    " counts from another zero, by {:+.3f} deg: home it, then repeat zero_offsets",
-                by_zero(instrument, evidence, residuals, axis));
-}
+/// An axis that counts from another zero, and may turn the other way round: then its zero is found
+/// with it, for where it counts from depends on who turned its sign.
+struct OtherAxis {
+  std::size_t axis = 0;
+  Cause cause = Cause::zero_offset;
+  instrument::Instrument instrument;
+  double zero_deg = 0.0;  ///< turned by so far
+};
 
-/// 1 for what a picture shows in its midst, 0 for the quarter of its pixels that is farthest from
-/// the picture's median: with an axis that turns the other way the tile lies elsewhere in it, and
-/// its edge, which no prediction knows, would outweigh all else. 1 for the mirror.
-Eigen::VectorXd amid(const VerificationData& data, const Residuals& residuals) {
-  Eigen::VectorXd kept = Eigen::VectorXd::Ones(residuals.size());
-  Eigen::Index first = 0;
-  for (const WhiteView& view : data.white) {
-    const auto count = static_cast<Eigen::Index>(view.pixels.size());
-    const auto quantile = [&](Eigen::VectorXd values, Eigen::Index rank) {
-      std::nth_element(values.begin(), values.begin() + rank, values.end());
-      return values[rank];
-    };
-    const double middle = quantile(residuals.segment(first, count), count / 2);
-    const Eigen::VectorXd far = (residuals.segment(first, count).array() - middle).abs();
-    const double farthest = quantile(far, (3 * count - 1) / 4);
-    for (Eigen::Index i = 0; i < count; ++i) kept[first + i] = far[i] <= farthest ? 1.0 : 0.0;
-    first += count;
-  }
-  return kept;
-}
-
-/// The axis the other way round, about a zero that is found with it: where it counts from depends
-/// on who turned its sign.
-Hypothesis sign_of(const instrument::Instrument& instrument, const Evidence& evidence,
-                   const Eigen::MatrixXd& factors, std::size_t axis) {
-  instrument::Instrument other = other_way_round(instrument, axis);
-  Hypothesis hypothesis;
+OtherAxis other_axis(const instrument::Instrument& instrument, const Evidence& evidence,
+                     const Eigen::MatrixXd& factors, std::size_t axis, Cause cause) {
+  OtherAxis other{axis, cause,
+                  cause == Cause::axis_sign ? other_way_round(instrument, axis) : instrument};
   for (int round = 0; round < kZeroRounds; ++round) {
-    Residuals left = evidence.residuals(other);
-    const Eigen::VectorXd kept = amid(evidence.data(), left);
-    left.array() *= kept.array();
-    hypothesis = beside(factors, Cause::axis_sign,
-                        instrument.rig.axes[axis].name +
-                            " turns the other way: its scale in the rig file has the wrong sign",
-                        by_zero(other, evidence, left, axis));
-    hypothesis.design.array().colwise() *= kept.array();
-    const Eigen::VectorXd sizes = solved(hypothesis.design, left);
-    hypothesis.chi2 = (left - hypothesis.design * sizes).squaredNorm();
-    other = turned(other, axis, Angle::from_degrees(std::clamp(sizes[0], -2.0, 2.0)));
+    const Residuals residuals = evidence.residuals(other.instrument);
+    Eigen::MatrixXd design(residuals.size(), 1 + factors.cols());
+    design << by_zero(other.instrument, evidence, residuals, axis), factors;
+    const double by_deg =
+        std::clamp(solved(design, residuals, evidence.on_the_white({other.instrument}))[0],
+                   -kMostPerRound_deg, kMostPerRound_deg);
+    other.instrument = turned(other.instrument, axis, Angle::from_degrees(by_deg));
+    other.zero_deg += by_deg;
   }
+  return other;
+}
+
+Hypothesis hypothesis_of(const OtherAxis& other, const Evidence& evidence,
+                         const Eigen::MatrixXd& factors) {
+  const std::string& name = other.instrument.rig.axes[other.axis].name;
+  const Residuals residuals = evidence.residuals(other.instrument);
+  Hypothesis hypothesis = beside(
+      factors, other.cause,
+      other.cause == Cause::axis_sign
+          ? name + " turns the other way: its scale in the rig file has the wrong sign"
+          : name + " counts from another zero, by {:+.3f} deg: home it, then repeat zero_offsets",
+      by_zero(other.instrument, evidence, residuals, other.axis));
+  hypothesis.residuals = residuals;
+  hypothesis.start = other.zero_deg;
   return hypothesis;
 }
 
-void fit(Hypothesis& hypothesis, const Residuals& residuals) {
-  const Eigen::VectorXd sizes = solved(hypothesis.design, residuals);
-  hypothesis.chi2 = (residuals - hypothesis.design * sizes).squaredNorm();
-  hypothesis.size = sizes[0];
+void fit(Hypothesis& hypothesis, const Eigen::VectorXd& kept) {
+  const Eigen::VectorXd sizes = solved(hypothesis.design, hypothesis.residuals, kept);
+  hypothesis.chi2 =
+      kept.cwiseProduct(hypothesis.residuals - hypothesis.design * sizes).squaredNorm();
+  hypothesis.size = hypothesis.start + sizes[0];
   if (hypothesis.cause != Cause::stale_white) return;
   Eigen::Index largest = 0;
   sizes.cwiseAbs().maxCoeff(&largest);
@@ -275,17 +302,24 @@ LikelyCause likely_cause(const instrument::Instrument& instrument, const Verific
   const Residuals residuals = evidence.residuals(instrument);
   const Eigen::MatrixXd factors = evidence.factors();
   std::vector<Hypothesis> list = of_the_light(instrument, evidence, factors);
-  for (std::size_t axis = 0; axis < instrument.rig.axes.size(); ++axis) {
-    list.push_back(zero_of(instrument, evidence, residuals, factors, axis));
+  for (Hypothesis& hypothesis : list) hypothesis.residuals = residuals;
+  std::vector<instrument::Instrument> rigs{instrument};
+  for (const Cause cause : {Cause::zero_offset, Cause::axis_sign}) {
+    for (std::size_t axis = 0; axis < instrument.rig.axes.size(); ++axis) {
+      const OtherAxis other = other_axis(instrument, evidence, factors, axis, cause);
+      list.push_back(hypothesis_of(other, evidence, factors));
+      rigs.push_back(other.instrument);
+    }
   }
-  for (Hypothesis& hypothesis : list) fit(hypothesis, residuals);
-  for (std::size_t axis = 0; axis < instrument.rig.axes.size(); ++axis) {
-    list.push_back(sign_of(instrument, evidence, factors, axis));
-  }
-  const auto best = std::min_element(
-      list.begin(), list.end(),
-      [](const Hypothesis& a, const Hypothesis& b) { return a.priced() < b.priced(); });
-  const double explained = std::clamp(1.0 - best->chi2 / residuals.squaredNorm(), 0.0, 1.0);
+  // One set of rows for all: what one of them may leave out, none has to explain.
+  const Eigen::VectorXd kept = evidence.on_the_white(rigs);
+  for (Hypothesis& hypothesis : list) fit(hypothesis, kept);
+  const auto best = std::min_element(list.begin(), list.end(),
+                                     [rows = kept.sum()](const Hypothesis& a, const Hypothesis& b) {
+                                       return a.priced(rows) < b.priced(rows);
+                                     });
+  const double all = kept.cwiseProduct(residuals).squaredNorm();
+  const double explained = all > 0.0 ? std::clamp(1.0 - best->chi2 / all, 0.0, 1.0) : 0.0;
   if (explained < kExplainedEnough) {
     return {Cause::unknown,
             fmt::format("no single mistake explains it (the likeliest, {}, takes away {:.0f} %): "

@@ -14,7 +14,8 @@ struct LikelyCause {
 };
 
 /// Every cause is a change of the forward model whose size is fitted to all residuals of white and
-/// mirror together.
+/// mirror together. All are held against the same residuals, at the same price per size: those that
+/// lie on the white whichever of them is right.
 LikelyCause likely_cause(const instrument::Instrument& instrument, const VerificationData& data);
 
 }  // namespace gonio::calibration

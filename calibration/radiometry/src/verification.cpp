@@ -115,6 +115,11 @@ Verification verify(const instrument::Instrument& instrument, const Verification
   if (!data.mirror.empty()) {
     check("lamp's mirror image, deg", worst_mirror_deg(instrument, data), kMirrorLimitDeg);
   }
+  const WhiteRatios white = white_ratios(instrument, data);
+  const auto check_ratio = [&](const RatioCheck& ratio) {
+    check(ratio.name, std::abs(ratio.found / ratio.expected - 1.0), ratio.tolerance);
+  };
+  if (white.hemisphere) check_ratio(*white.hemisphere);
   if (!verification.passed) {
     const LikelyCause likely = likely_cause(instrument, data);
     verification.cause = likely.cause;
@@ -122,11 +127,10 @@ Verification verify(const instrument::Instrument& instrument, const Verification
     verification.explained = likely.explained;
     for (const std::string& each : data.unseen) verification.explanation += "; " + each;
   }
-  std::vector<RatioCheck> ratios = white_ratios(instrument, data);
-  ratios.insert(ratios.end(), data.ratios.begin(), data.ratios.end());
-  for (const RatioCheck& ratio : ratios) {
-    check(ratio.name, std::abs(ratio.found / ratio.expected - 1.0), ratio.tolerance);
+  for (const auto& ratio : {white.repeat, white.reciprocity, white.energy}) {
+    if (ratio) check_ratio(*ratio);
   }
+  for (const RatioCheck& ratio : data.ratios) check_ratio(ratio);
   if (!verification.passed && verification.cause == Cause::none) {
     verification.cause = Cause::unknown;
     verification.explanation = failed_ratios(verification.checks);

@@ -1,10 +1,12 @@
 #include "gonio/calibration/radiometry/white_ratios.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
+#include <vector>
 
+#include "gonio/calibration/radiometry/hemispherical_reflectance.h"
 #include "gonio/instrument/measurement_equation.h"
 
 namespace gonio::calibration {
@@ -12,7 +14,8 @@ namespace {
 
 constexpr double kRepeatLimit = 0.003;
 constexpr double kReciprocityLimit = 0.01;
-constexpr double kEnergyLimit = 0.02;
+constexpr double kHemisphereLimit = 0.0075;
+constexpr double kEnergySigmas = 2.0;
 // What is compared: the middle of the target, where a pose's angles are those of its axes.
 constexpr double kMiddle_mm = 8.0;
 const Angle kSamePose = Angle::from_degrees(0.05);
@@ -25,7 +28,6 @@ struct Middle {
   const rig::Joints* joints = nullptr;
   double signal = 0.0;  ///< DN/s per unit of the monitor, mean
   double brdf = 0.0;    ///< as the instrument reduces it, 1/sr
-  double known = 0.0;   ///< as certificate and instrument say, 1/sr
   brdf::DirectionPair directions;
 };
 
@@ -46,7 +48,6 @@ std::optional<Middle> middle_of(const instrument::Instrument& instrument,
     middle.signal += signal;
     middle.brdf +=
         (signal / constant - instrument.stray.fraction * seen->stray_factor) / seen->factor;
-    middle.known += instrument::white_brdf(instrument.white, seen->directions)[view.channel];
     wi += seen->directions.wi;
     wo += seen->directions.wo;
     count += 1.0;
@@ -54,7 +55,6 @@ std::optional<Middle> middle_of(const instrument::Instrument& instrument,
   if (count == 0.0 || !(constant > 0.0)) return std::nullopt;
   middle.signal /= count;
   middle.brdf /= count;
-  middle.known /= count;
   middle.directions = {wi.normalized(), wo.normalized()};
   return middle;
 }
@@ -82,24 +82,6 @@ bool exchanged(const Middle& a, const Middle& b) {
          abs(between(a) - between(b)) < kSameAngle;
 }
 
-/// Share of light from theta_i that a white of this certificate throws back, by the midpoint rule.
-double directional_albedo(const instrument::WhiteReference& white, Angle theta_i, int channel) {
-  constexpr int kRings = 30;  // of equal projected solid angle
-  constexpr int kSectors = 36;
-  const Eigen::Vector3d wi(sin(theta_i), 0.0, cos(theta_i));
-  double sum = 0.0;
-  for (int ring = 0; ring < kRings; ++ring) {
-    const double sine = std::sqrt((ring + 0.5) / kRings);
-    const double cosine = std::sqrt(1.0 - sine * sine);
-    for (int sector = 0; sector < kSectors; ++sector) {
-      const double phi = 2.0 * std::numbers::pi * (sector + 0.5) / kSectors;
-      sum += instrument::white_brdf(
-          white, {wi, {sine * std::cos(phi), sine * std::sin(phi), cosine}})[channel];
-    }
-  }
-  return std::numbers::pi * sum / (kRings * kSectors);
-}
-
 /// Keeps the one that is farthest from what is expected.
 void keep_worst(std::optional<RatioCheck>& worst, const char* name, double found, double limit) {
   if (worst && std::abs(worst->found - 1.0) >= std::abs(found - 1.0)) return;
@@ -108,35 +90,42 @@ void keep_worst(std::optional<RatioCheck>& worst, const char* name, double found
 
 }  // namespace
 
-std::vector<RatioCheck> white_ratios(const instrument::Instrument& instrument,
-                                     const VerificationData& data) {
+WhiteRatios white_ratios(const instrument::Instrument& instrument, const VerificationData& data) {
   std::vector<Middle> middles;
+  std::array<std::vector<WhiteReading>, 3> readings;
   for (const WhiteView& view : data.white) {
-    if (const auto middle = middle_of(instrument, data, view)) middles.push_back(*middle);
+    const auto middle = middle_of(instrument, data, view);
+    if (!middle) continue;
+    middles.push_back(*middle);
+    if (middle->directions.wi.z() > 0.0 && middle->directions.wo.z() > 0.0) {
+      readings[static_cast<std::size_t>(view.channel)].push_back(
+          {middle->directions, middle->brdf});
+    }
   }
-  std::optional<RatioCheck> repeat;
-  std::optional<RatioCheck> reciprocity;
-  std::optional<RatioCheck> energy;
+  WhiteRatios ratios;
   for (auto later = middles.begin(); later != middles.end(); ++later) {
     for (auto earlier = middles.begin(); earlier != later; ++earlier) {
       if (earlier->channel != later->channel) continue;
       if (same_pose(*earlier, *later)) {
-        keep_worst(repeat, "white of the first pose, repeated, relative",
+        keep_worst(ratios.repeat, "white of the first pose, repeated, relative",
                    later->signal / earlier->signal, kRepeatLimit);
       } else if (exchanged(*earlier, *later)) {
-        keep_worst(reciprocity, "light and camera exchanged (reciprocity), relative",
+        keep_worst(ratios.reciprocity, "light and camera exchanged (reciprocity), relative",
                    later->brdf / earlier->brdf, kReciprocityLimit);
       }
     }
-    const double albedo =
-        later->brdf / later->known *
-        directional_albedo(instrument.white, from_normal(later->directions.wi), later->channel);
-    keep_worst(energy, "white throws back more than it gets (energy), relative",
-               std::max(1.0, albedo), kEnergyLimit);
   }
-  std::vector<RatioCheck> ratios;
-  for (const auto& check : {repeat, reciprocity, energy}) {
-    if (check) ratios.push_back(*check);
+  for (int channel = 0; channel < static_cast<int>(readings.size()); ++channel) {
+    const auto& of_colour = readings[static_cast<std::size_t>(channel)];
+    if (of_colour.empty()) continue;
+    const HemisphericalReflectance all =
+        hemispherical_reflectance(instrument.white, channel, of_colour);
+    keep_worst(ratios.hemisphere,
+               "white's light into all directions over its certificate's, relative",
+               all.found / all.certificate, kHemisphereLimit);
+    const double sigma = std::hypot(all.sigma, instrument.white.u_relative * all.found);
+    keep_worst(ratios.energy, "white throws back more than it gets (energy), relative",
+               std::max(1.0, all.found), kEnergySigmas * sigma);
   }
   return ratios;
 }

@@ -10,6 +10,7 @@
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/instrument/measurement_equation.h"
 #include "gonio/instrument/pixel_counts.h"
+#include "good_neighbours.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -21,6 +22,8 @@ constexpr double kSaturated = 0.95;
 constexpr double kTooDark_dn = 40.0;
 constexpr int kMaxTries = 12;
 constexpr double kGrazing_cos = 0.1736;  // 80 deg
+// Of a square: fewer saturated pixels are hot ones that no map knows, more are too much light.
+constexpr double kStraySaturated = 0.02;
 
 double seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 
@@ -137,7 +140,11 @@ Picture Bench::picture(const std::string& channel, nanoseconds exposure, int fra
     for (int i = 0; i < frames; ++i) {
       const devices::Frame taken = frame(exposure);
       sum.resize(taken.pixels_dn.size(), 0.0);
-      for (std::size_t p = 0; p < sum.size(); ++p) sum[p] += sign * taken.pixels_dn[p];
+      picture.saturated.resize(sum.size(), 0);
+      for (std::size_t p = 0; p < sum.size(); ++p) {
+        sum[p] += sign * taken.pixels_dn[p];
+        if (taken.pixels_dn[p] >= taken.saturation_level_dn) picture.saturated[p] = 1;
+      }
       picture.width_px = taken.width_px;
       picture.height_px = taken.height_px;
       picture.exposure_s = seconds(taken.exposure);
@@ -194,10 +201,13 @@ std::optional<PixelSignal> Bench::signal_at(const Picture& picture, const rig::J
     low = low.cwiseMin(corner);
     high = high.cwiseMax(corner);
   }
-  double sum = 0.0;
-  double columns = 0.0;
-  double rows = 0.0;
-  std::size_t count = 0;
+  struct Sums {
+    double signal = 0.0;
+    double columns = 0.0;
+    double rows = 0.0;
+    double count = 0.0;
+  };
+  std::array<Sums, 2> sums;  // of pixels with a value, and of saturated ones
   for (int row = static_cast<int>(std::ceil(low.y())); row <= high.y(); ++row) {
     for (int column = static_cast<int>(std::ceil(low.x())); column <= high.x(); ++column) {
       const Eigen::Vector2d here(column, row);
@@ -214,22 +224,30 @@ std::optional<PixelSignal> Bench::signal_at(const Picture& picture, const rig::J
           static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width_px) +
           static_cast<std::size_t>(column);
       if (bad_pixels_[index] != 0) continue;
-      sum += instrument_.sensor.response.linear_dn(picture.signal_dn[index]);
-      columns += column;
-      rows += row;
-      ++count;
+      Sums& of = sums[picture.saturated[index] != 0 ? 1 : 0];
+      of.signal += instrument_.sensor.response.linear_dn(picture.signal_dn[index]);
+      of.columns += column;
+      of.rows += row;
+      of.count += 1.0;
     }
   }
-  if (count == 0) return std::nullopt;
-  const auto n = static_cast<double>(count);
+  auto& [all, saturated] = sums;
+  if (saturated.count > kStraySaturated * (all.count + saturated.count)) {
+    all.signal += saturated.signal;
+    all.columns += saturated.columns;
+    all.rows += saturated.rows;
+    all.count += saturated.count;
+  }
+  if (all.count == 0.0) return std::nullopt;
+  const double n = all.count;
   const instrument::SensorModel& sensor = instrument_.sensor;
   const double exposed_s = picture.exposure_s + sensor.shutter_offset_s;
-  const double mean = sum / n;
+  const double mean = all.signal / n;
   const double read_dn = sensor.gain_dn_per_e * sensor.read_noise_e;
   const double temporal =
       (sensor.gain_dn_per_e * std::max(mean, 0.0) + 2.0 * read_dn * read_dn) / picture.frames;
   const double pattern = sensor.prnu * mean;
-  return PixelSignal{columns / n, rows / n, mean / exposed_s,
+  return PixelSignal{all.columns / n, all.rows / n, mean / exposed_s,
                      std::sqrt((temporal + pattern * pattern) / n) / exposed_s};
 }
 
@@ -250,6 +268,10 @@ std::vector<PixelSignal> Bench::signals(const Picture& picture, const rig::Joint
 double Bench::light_within(const Picture& picture, const Eigen::Vector2d& centre_px,
                            double radius_px) const {
   const double outer = 1.5 * radius_px;
+  const PixelMap map{picture.width_px, picture.height_px, bad_pixels_};
+  const auto linear = [&](int row, int column) {
+    return instrument_.sensor.response.linear_dn(picture.signal_dn[map.index(row, column)]);
+  };
   double inside = 0.0, around = 0.0, pixels_inside = 0.0, pixels_around = 0.0;
   const int top = std::max(0, static_cast<int>(std::ceil(centre_px.y() - outer)));
   const int left = std::max(0, static_cast<int>(std::ceil(centre_px.x() - outer)));
@@ -257,12 +279,12 @@ double Bench::light_within(const Picture& picture, const Eigen::Vector2d& centre
     for (int column = left; column < picture.width_px && column <= centre_px.x() + outer;
          ++column) {
       const double distance = (Eigen::Vector2d(column, row) - centre_px).norm();
-      const std::size_t index =
-          static_cast<std::size_t>(row) * static_cast<std::size_t>(picture.width_px) +
-          static_cast<std::size_t>(column);
-      if (distance > outer || bad_pixels_[index] != 0) continue;
-      const double signal = instrument_.sensor.response.linear_dn(picture.signal_dn[index]);
-      (distance <= radius_px ? inside : around) += signal;
+      if (distance > outer) continue;
+      const std::optional<double> signal = map.is_bad(row, column)
+                                               ? mean_of_neighbours(map, row, column, linear)
+                                               : linear(row, column);
+      if (!signal) continue;
+      (distance <= radius_px ? inside : around) += *signal;
       (distance <= radius_px ? pixels_inside : pixels_around) += 1.0;
     }
   }

@@ -23,6 +23,8 @@ struct Picture {
   int frames = 1;
   double monitor = 1.0;
   std::vector<float> signal_dn;  ///< row-major
+  /// Not 0 where a lit frame was saturated: the mean is a bound there. Row-major.
+  std::vector<std::uint8_t> saturated;
 };
 
 /// A square of the sample plane about its origin.
@@ -75,6 +77,7 @@ class Bench {
   double saturation_dn() const { return instrument_.sensor.saturation_dn; }
 
   /// Means over parts of a square of the sample plane, sensor's bend and shutter offset taken off.
+  /// Bad pixels are left out, and saturated ones that are too few to be the target's own light.
   /// Parts that are not wholly in the picture, lit and seen under less than 80 deg are left out.
   std::vector<PixelSignal> signals(const Picture& picture, const rig::Joints& joints,
                                    const Square& square) const;
@@ -84,7 +87,7 @@ class Bench {
                                        double half_width_mm) const;
 
   /// DN/s of the linear signal within a circle, above what surrounds it (from there to 1.5 times
-  /// its radius). Bad pixels count as their surroundings.
+  /// its radius). The mean of their neighbours stands for bad pixels.
   double light_within(const Picture& picture, const Eigen::Vector2d& centre_px,
                       double radius_px) const;
 

@@ -215,8 +215,15 @@ void evaluate_verification(const Observations& seen, const Known& known, Finding
   VerificationData data;
   data.constant = findings.white.value().constant;
   data.white = seen.whites;
-  data.ratios = seen.ratios;
+  data.white_half_width_mm = known.settings.target_half_width_mm;
   data.unseen = seen.unseen;
+  if (!seen.glasses.empty()) {
+    try {
+      data.ratios = glass_ratios(known.instrument, seen.glasses, known.settings.black_glass_index);
+    } catch (const StepRefused& refused) {
+      data.unseen.emplace_back(refused.what());  // what the white and the mirror say comes first
+    }
+  }
   const geometry::LampArm& lamp = findings.lamp_arm.value();
   const Eigen::Vector2d tilt(lamp.mirror_tilt_x.radians(), lamp.mirror_tilt_y.radians());
   for (const geometry::MirrorView& view : seen.mirrors) {
@@ -231,6 +238,13 @@ void evaluate_verification(const Observations& seen, const Known& known, Finding
   for (const instrument::AcceptanceCheck& check : found.checks) result.check(check);
   result.residual("explained", found.explained);
   if (!found.passed) result.note("likely cause: " + found.explanation);
+  const bool exchanged = std::any_of(found.checks.begin(), found.checks.end(),
+                                     [](const instrument::AcceptanceCheck& check) {
+                                       return check.name.find("reciprocity") != std::string::npos;
+                                     });
+  if (!exchanged) {
+    result.note("reciprocity was not looked at: no two poses have light and camera exchanged");
+  }
 }
 
 }  // namespace gonio::calibration::routine

@@ -2,6 +2,7 @@
 
 #include "evaluate_steps.h"
 #include "gonio/calibration/result/step_refused.h"
+#include "gonio/calibration/sensor/darks.h"
 
 namespace gonio::calibration::routine {
 namespace {
@@ -107,6 +108,10 @@ void evaluate_linearity(const Observations& seen, const Known& known, Findings& 
 
 void evaluate_bad_pixels(const Observations& seen, const Known& known, Findings& findings,
                          ResultBuilder& result) {
+  // Those of the darks stay, those of an earlier flat picture do not.
+  for (std::uint8_t& mask : findings.bad_pixels) {
+    mask = static_cast<std::uint8_t>(mask & ~sensor::defect::kCold);
+  }
   mark(seen.defects, known.nominal, findings.bad_pixels);
   const double share = bad_share(findings.bad_pixels);
   result.residual("bad_fraction", share);

@@ -114,8 +114,9 @@ Observations look_at_settling(Bench& bench) {
     AxisRecord record{name, {}, {}, {}};
     for (int i = 0; i < kSettlingReadings; ++i) {
       const devices::Frame frame = mirror.frame();
-      const auto found = find_highlight(frame, bench.instrument().sensor.black_level_dn,
-                                        mirror.expected_radius_px());
+      const auto found =
+          find_highlight(frame, bench.bad_pixels(), bench.instrument().sensor.black_level_dn,
+                         mirror.expected_radius_px());
       if (!found) continue;
       record.settling.push_back(
           {std::chrono::duration<double>(frame.exposure_start - arrived).count(),

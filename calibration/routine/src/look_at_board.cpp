@@ -42,7 +42,8 @@ std::vector<geometry::StageView> views(Bench& bench, devices::Target target, con
     const devices::Frame frame = bench.frame(bench.exposure_for(kBoardLevel));
     try {
       const board::BoardImage image{frame.pixels_dn, frame.width_px, frame.height_px,
-                                    static_cast<double>(frame.saturation_level_dn)};
+                                    static_cast<double>(frame.saturation_level_dn),
+                                    bench.bad_pixels()};
       seen.push_back({stood, board::detect(image, bench.settings().board)});
     } catch (const StepRefused&) {
       // One view that is bad says little; the first few all being bad says what is mounted.

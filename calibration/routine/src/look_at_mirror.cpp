@@ -89,7 +89,8 @@ Observations look_at_zero_offsets(Bench& bench) {
                                to_peak.y() * step + (j - kScanSide / 2) * tilt_step));
           const devices::Frame frame = mirror.frame();
           const double black = bench.instrument().sensor.black_level_dn;
-          const double sum = windowed_sum(frame, black, bench.middle(stood), aperture);
+          const double sum =
+              windowed_sum(frame, bench.bad_pixels(), black, bench.middle(stood), aperture);
           const double gain = bench.instrument().sensor.gain_dn_per_e;
           const double read = gain * bench.instrument().sensor.read_noise_e;
           // Of the window's weights squared: pi sigma^2 pixels' worth.

@@ -8,7 +8,7 @@
 #include <map>
 #include <stdexcept>
 
-#include "gonio/brdf/fresnel.h"
+#include "gonio/brdf/directions.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/instrument/measurement_equation.h"
 #include "look.h"
@@ -41,9 +41,8 @@ rig::Joints joints_of(const Bench& bench, const Pose& pose) {
 }
 
 /// One picture of the mounted target per channel, as values over a square.
-void add_views(Bench& bench, const Pose& pose, const Square& square, double level,
+void add_views(Bench& bench, const rig::Joints& commanded, const Square& square, double level,
                std::vector<WhiteView>& views) {
-  const rig::Joints commanded = joints_of(bench, pose);
   if (!bench.allowed(commanded)) return;
   const rig::Joints stood = bench.go(commanded);
   const int colours = std::min<int>(kMaxColours, static_cast<int>(bench.channels().size()));
@@ -58,7 +57,8 @@ void add_views(Bench& bench, const Pose& pose, const Square& square, double leve
       throw StepRefused(fmt::format(
           "found no part of the target in the picture with lamp_arm {:g}, azimuth {:g}, tilt {:g} "
           "deg, expected it to be lit and seen",
-          pose.arm_deg, pose.azimuth_deg, pose.tilt_deg));
+          commanded[bench.axis("lamp_arm")].degrees(), commanded[bench.axis("azimuth")].degrees(),
+          commanded[bench.axis("tilt")].degrees()));
     }
     views.push_back(std::move(view));
   }
@@ -73,20 +73,17 @@ void look_at_lamp_in_mirror(Bench& bench, std::vector<geometry::MirrorView>& vie
   }
 }
 
-/// At three angles of incidence: what it reflects over what Fresnel's equations say, against the
-/// first.
-void look_at_black_glass(Bench& bench, std::vector<RatioCheck>& ratios) {
+void look_at_black_glass(Bench& bench, std::vector<GlassView>& views) {
   bench.devices().mount(devices::Target::black_glass);
   bench.light(bench.main_channel());
-  const double index = bench.settings().black_glass_index;
-  std::optional<double> first;
+  std::vector<GlassView> seen;
   for (const double incidence_deg : {30.0, 56.7, 70.0}) {
     const Angle arm = Angle::from_degrees(2.0 * incidence_deg);
-    bench.go(bench.joints(arm, 0.5 * arm, {}));
+    const rig::Joints stood = bench.go(bench.joints(arm, 0.5 * arm, {}));
     const std::chrono::nanoseconds exposure = bench.exposure_for(kGlassLevel);
-    const auto image =
-        find_highlight(bench.frame(exposure), bench.instrument().sensor.black_level_dn,
-                       lamp_image_radius_px(bench.instrument()));
+    const auto image = find_highlight(bench.frame(exposure), bench.bad_pixels(),
+                                      bench.instrument().sensor.black_level_dn,
+                                      lamp_image_radius_px(bench.instrument()));
     if (!image) {
       throw StepRefused(fmt::format(
           "black glass: found no image of the lamp at {:g} deg, expected one: is it in the holder?",
@@ -96,15 +93,25 @@ void look_at_black_glass(Bench& bench, std::vector<RatioCheck>& ratios) {
     const Picture picture =
         bench.picture(bench.main_channel(), exposure, bench.settings().white_frames);
     const double light = bench.light_within(picture, image->pixel, kImageRadii * image->radius_px);
-    const double over =
-        light / picture.monitor / brdf::fresnel_reflectance(cos(0.5 * arm), index, 0.0);
-    if (first) {
-      ratios.push_back({fmt::format("black glass at {:g} deg over 30 deg, Fresnel", incidence_deg),
-                        over / *first, 1.0, 0.05});
-    } else {
-      first = over;
-    }
+    seen.push_back({stood, image->pixel, light / picture.monitor});
   }
+  views = std::move(seen);
+}
+
+/// Joints that show light and camera exchanged at the middle of the white, as the calibrated rig
+/// has it; `otherwise` where there are none. Seen in a mirror, which is the same to a white: else
+/// the tilt would have to be the other way, for which axes have little room.
+rig::Joints exchanged(const Bench& bench, const rig::Joints& stood, const rig::Joints& otherwise) {
+  const instrument::Instrument& known = bench.instrument();
+  const auto seen = rig::forward(known.rig, stood).directions_at(Eigen::Vector3d::Zero());
+  brdf::HalfDiff direction = brdf::half_diff_from_directions({seen.wo, seen.wi});
+  direction.phi_d = -direction.phi_d;
+  // By branch A alone: the reciprocal one would be the pose that there was.
+  const auto reach = rig::Inverse(known.rig, {.reciprocal = false}).solve(direction);
+  for (const rig::PoseSolution& pose : reach.poses) {
+    if (bench.allowed(pose.joints)) return pose.joints;
+  }
+  return otherwise;
 }
 
 }  // namespace
@@ -119,7 +126,7 @@ Observations look_at_flat_field(Bench& bench) {
   const Square square{kUsedShare * bench.settings().target_half_width_mm, kParts};
   for (std::size_t i = 0; i < poses.size(); ++i) {
     bench.tell("pose", i, poses.size());
-    add_views(bench, poses[i], square, kWhiteLevel, seen.whites);
+    add_views(bench, joints_of(bench, poses[i]), square, kWhiteLevel, seen.whites);
   }
   return seen;
 }
@@ -155,7 +162,7 @@ Observations look_at_white(Bench& bench) {
   const Square square{kUsedShare * bench.settings().target_half_width_mm, kParts};
   for (std::size_t take = 0; take < 2; ++take) {
     bench.tell("take", take, 2);
-    add_views(bench, kReference, square, kWhiteLevel, seen.whites);
+    add_views(bench, joints_of(bench, kReference), square, kWhiteLevel, seen.whites);
   }
   return seen;
 }
@@ -204,21 +211,25 @@ Observations look_at_verification(Bench& bench) {
   };
   bench.devices().mount(devices::Target::white);
   const Square square{kUsedShare * bench.settings().target_half_width_mm, kParts};
-  // Not the poses of the flat field. The fifth and sixth are one geometry with light and camera
-  // exchanged, the last is the first again.
-  // The mirror takes a lamp arm that is off for half as much of the azimuth: the first and third,
-  // lit from far to either side, tell them apart.
+  // Not the poses of the flat field. The sixth is the fifth with light and camera exchanged, as
+  // near as nominal axes come; the last is the first again. The mirror takes a lamp arm that is off
+  // for half as much of the azimuth: the first and third, lit from far to either side, tell them
+  // apart.
   const std::vector<Pose> poses{{70.0, -4.0, 8.0},   {60.0, 15.0, 30.0}, {15.0, 72.0, 0.0},
                                 {110.0, 55.0, 10.0}, {50.0, 5.0, 12.0},  {50.0, 45.0, 12.0},
                                 {70.0, -4.0, 8.0}};
-  std::size_t done = 0;
-  for (const Pose& pose : poses) {
-    bench.tell("white pose", done++, poses.size());
-    look_for([&] { add_views(bench, pose, square, kWhiteLevel, seen.whites); });
+  constexpr std::size_t kExchanged = 5;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    bench.tell("white pose", i, poses.size());
+    rig::Joints joints = joints_of(bench, poses[i]);
+    if (i == kExchanged && !seen.whites.empty()) {
+      joints = exchanged(bench, seen.whites.back().joints, joints);
+    }
+    look_for([&] { add_views(bench, joints, square, kWhiteLevel, seen.whites); });
   }
   if (seen.whites.empty() && !seen.unseen.empty()) throw StepRefused(seen.unseen.front());
   look_for([&] { look_at_lamp_in_mirror(bench, seen.mirrors); });
-  look_for([&] { look_at_black_glass(bench, seen.ratios); });
+  look_for([&] { look_at_black_glass(bench, seen.glasses); });
   bench.devices().close_shutter();
   return seen;
 }

@@ -69,7 +69,8 @@ rig::Joints MirrorSight::bisecting(Angle lamp_arm, Angle azimuth_off, Angle tilt
 }
 
 std::optional<Highlight> MirrorSight::look() {
-  return find_highlight(frame(), bench_.instrument().sensor.black_level_dn, radius_px_);
+  return find_highlight(frame(), bench_.bad_pixels(), bench_.instrument().sensor.black_level_dn,
+                        radius_px_);
 }
 
 Highlight MirrorSight::must_look(const std::string& where) {

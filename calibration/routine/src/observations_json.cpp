@@ -249,11 +249,10 @@ std::string to_json(const std::string& step, const Observations& seen) {
                        })},
       {"scans", list(seen.scans, scan_json)},
       {"whites", list(seen.whites, white_json)},
-      {"ratios", list(seen.ratios, [](const RatioCheck& r) {
-         return Json{{"name", r.name},
-                     {"found", r.found},
-                     {"expected", r.expected},
-                     {"tolerance", r.tolerance}};
+      {"glasses", list(seen.glasses, [](const GlassView& g) {
+         Json json = {{"pixel", {g.pixel.x(), g.pixel.y()}}, {"light", g.light}};
+         put_joints(json, g.joints);
+         return json;
        })}};
   if (!seen.chart.empty()) {
     document["chart"] = flat(seen.chart, [](const Eigen::Vector3d& patch, Json& v) {
@@ -322,9 +321,9 @@ Observations observations_from_json(const std::string& text, const std::string& 
   });
   fields.each_object("scans", [&](JsonFields& each) { seen.scans.push_back(scan_of(each)); });
   fields.each_object("whites", [&](JsonFields& each) { seen.whites.push_back(white_of(each)); });
-  fields.each_object("ratios", [&](JsonFields& each) {
-    seen.ratios.push_back({each.text("name"), each.number("found"), each.number("expected"),
-                           each.number("tolerance")});
+  fields.each_object("glasses", [&](JsonFields& each) {
+    const rig::Joints joints = joints_of(each);
+    seen.glasses.push_back({joints, each.vector<2>("pixel"), each.number("light")});
   });
   // Younger than the format.
   if (fields.has("chart")) {

@@ -170,6 +170,73 @@ TEST(Detect, BearsAnOverexposedCorner) {
   EXPECT_LT(seen.rms_px(), 0.03);
 }
 
+/// By how much corners moved from one view of a picture to another, px: the largest.
+double largest_move(const geometry::BoardView& from, const geometry::BoardView& to) {
+  double largest = 0.0;
+  for (const geometry::BoardCorner& corner : from.corners) {
+    for (const geometry::BoardCorner& other : to.corners) {
+      if (corner.id == other.id) largest = std::max(largest, (corner.pixel - other.pixel).norm());
+    }
+  }
+  return largest;
+}
+
+// A window has some hundred pixels for eleven unknowns: two that are missing move a corner by less
+// than its noise of 0.015 px.
+constexpr double kMoveByTwoMissing_px = 0.015;
+
+TEST(Detect, BadPixelsBesideCornersMoveNone) {
+  const BoardSpec spec;
+  devices::Frame frame = test::picture_of(test::options_with_board(spec), {7.3, 6.0});
+  const geometry::BoardView clean = detect(test::image_of(frame), spec);
+  std::vector<std::uint8_t> bad(frame.pixels_dn.size(), 0);
+  for (const geometry::BoardCorner& corner : clean.corners) {  // one hot and one dead at each
+    const auto column = static_cast<int>(std::lround(corner.pixel.x()));
+    const auto row = static_cast<int>(std::lround(corner.pixel.y()));
+    const auto hot = static_cast<std::size_t>((row + 2) * frame.width_px + column + 1);
+    const auto dead = static_cast<std::size_t>((row - 1) * frame.width_px + column + 2);
+    frame.pixels_dn[hot] = 3800;
+    frame.pixels_dn[dead] = 70;
+    bad[hot] = bad[dead] = 1;
+  }
+  BoardImage image = test::image_of(frame);
+  image.bad_pixels = bad;
+  const geometry::BoardView masked = detect(image, spec);
+  EXPECT_EQ(masked.corners.size(), clean.corners.size());
+  EXPECT_LT(largest_move(clean, masked), kMoveByTwoMissing_px);
+}
+
+TEST(Detect, BadPixelsBesideCornersThatNoMapKnowsMoveNone) {
+  const BoardSpec spec;
+  devices::Frame frame = test::picture_of(test::options_with_board(spec), {7.3, 6.0});
+  const geometry::BoardView clean = detect(test::image_of(frame), spec);
+  for (const geometry::BoardCorner& corner : clean.corners) {
+    const auto column = static_cast<int>(std::lround(corner.pixel.x()));
+    const auto row = static_cast<int>(std::lround(corner.pixel.y()));
+    const auto dead = static_cast<std::size_t>((row - 1) * frame.width_px + column + 2);
+    const bool in_white = frame.pixels_dn[dead] > 1000;
+    frame.pixels_dn[dead] = in_white ? 70 : 2500;
+  }
+  const geometry::BoardView found = detect(test::image_of(frame), spec);
+  EXPECT_GE(found.corners.size() + 2, clean.corners.size());
+  EXPECT_LT(largest_move(clean, found), kMoveByTwoMissing_px);
+}
+
+TEST(Detect, SaturatedPixelsBesideCornersMoveNone) {
+  const BoardSpec spec;
+  devices::Frame frame = test::picture_of(test::options_with_board(spec), {7.3, 6.0});
+  const geometry::BoardView clean = detect(test::image_of(frame), spec);
+  for (const geometry::BoardCorner& corner : clean.corners) {
+    const auto column = static_cast<int>(std::lround(corner.pixel.x()));
+    const auto row = static_cast<int>(std::lround(corner.pixel.y()));
+    frame.pixels_dn[static_cast<std::size_t>((row + 2) * frame.width_px + column + 1)] =
+        frame.saturation_level_dn;
+  }
+  const geometry::BoardView found = detect(test::image_of(frame), spec);
+  EXPECT_EQ(found.corners.size(), clean.corners.size());
+  EXPECT_LT(largest_move(clean, found), kMoveByTwoMissing_px);
+}
+
 TEST(Detect, GivesTheSameCornersAgain) {
   const BoardSpec spec;
   const auto frame = test::picture_of(test::options_with_board(spec), {-20.0, 12.0});

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <stdexcept>
 
 #include "gonio/calibration/board/detect.h"
@@ -70,6 +71,26 @@ TEST(DetectRefuses, AnOverexposedPicture) {
   expect_refused(frame, spec, "saturated", "expose less");
 }
 
+TEST(DetectRefuses, ABoardOfWhichTooFewCornersAreLeftOnceTheyAreFitted) {
+  const BoardSpec spec;
+  devices::Frame frame = test::picture_of(test::options_with_board(spec), {0.0, 0.0});
+  const geometry::BoardView clean = detect(test::image_of(frame), spec);
+  ASSERT_GT(clean.corners.size(), 72U);
+  // Glints on every other corner: markers do not mind, and only half a per cent is saturated.
+  for (const geometry::BoardCorner& corner : clean.corners) {
+    if (corner.id % 2 != 0) continue;
+    for (int y = -3; y <= 3; ++y) {
+      for (int x = -3; x <= 3; ++x) {
+        const auto column = static_cast<int>(std::lround(corner.pixel.x())) + x;
+        const auto row = static_cast<int>(std::lround(corner.pixel.y())) + y;
+        frame.pixels_dn[static_cast<std::size_t>(row * frame.width_px + column)] =
+            frame.saturation_level_dn;
+      }
+    }
+  }
+  expect_refused(frame, spec, "of 80 corners fit to use", "among saturated or bad pixels");
+}
+
 TEST(DetectRefuses, PixelsThatDoNotMakeThePicture) {
   const BoardSpec spec;
   const std::vector<std::uint16_t> pixels(100, 500);
@@ -79,6 +100,12 @@ TEST(DetectRefuses, PixelsThatDoNotMakeThePicture) {
   EXPECT_THAT(size(10, 11), testing::ThrowsMessage<std::invalid_argument>(HasSubstr("10 x 11")));
   EXPECT_THROW(size(-10, -10)(), std::invalid_argument);
   EXPECT_THROW(size(0, 0)(), std::invalid_argument);
+  const std::vector<std::uint8_t> mask(99, 0);
+  EXPECT_THAT(
+      [&] {
+        detect({pixels, 10, 10, 4095.0, mask}, spec);
+      },
+      testing::ThrowsMessage<std::invalid_argument>(HasSubstr("mask of 99 pixels")));
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,8 +28,10 @@ struct RatioCheck {
 
 /// What verification looks at, all taken after the calibration and not used by it.
 struct VerificationData {
-  std::array<double, 3> constant{};   ///< FieldFit::constant of the calibration under test
-  std::vector<WhiteView> white;       ///< at poses other than the reference's
+  std::array<double, 3> constant{};  ///< FieldFit::constant of the calibration under test
+  std::vector<WhiteView> white;      ///< at poses other than the reference's
+  /// How far the white reaches from its middle; what lies beyond says nothing of it.
+  double white_half_width_mm = std::numeric_limits<double>::infinity();
   std::vector<HighlightView> mirror;  ///< at three lamp angles or more
   std::vector<RatioCheck> ratios;     ///< besides those of the white, which verify() adds
   std::vector<std::string> unseen;    ///< what was looked for and not found, a line each
@@ -58,12 +61,13 @@ struct Verification {
 
 /// Compares what was measured with what the calibrated instrument predicts, and names the single
 /// mistake that explains a failure best: every cause is a change of the forward model whose size is
-/// fitted to all residuals together (chi^2); a second parameter has to earn its place. Poses that
+/// fitted to the same residuals (chi^2); a second parameter has to earn its place. Poses that
 /// showed nothing (`unseen`) leave the naming to the rest: an axis that turns the other way takes
 /// the lamp's image out of the mirror.
 ///
-/// Limits   white 1.5 % per region mean, mirror image 0.05 deg of wi, ratios as each says
-///          (white_ratios.h: repeated pose, reciprocity, energy).
+/// Limits   white 1.5 % per region mean, mirror image 0.05 deg of wi, the white's light into all
+///          directions 0.75 % about its certificate's, ratios as each says (white_ratios.h:
+///          repeated pose, reciprocity, energy).
 /// Throws   StepRefused: as require_white_views(); fewer than 3 white poses; a white as expected
 ///          beside fewer than 3 mirror poses or with something unseen.
 Verification verify(const instrument::Instrument& instrument, const VerificationData& data);

@@ -11,6 +11,7 @@
 #include "gonio/calibration/geometry/lamp_arm.h"
 #include "gonio/calibration/geometry/peak_scan.h"
 #include "gonio/calibration/geometry/stage_axes.h"
+#include "gonio/calibration/radiometry/glass_ratios.h"
 #include "gonio/calibration/radiometry/verification.h"
 #include "gonio/calibration/radiometry/white_view.h"
 #include "gonio/calibration/result/estimate.h"
@@ -68,7 +69,7 @@ struct Observations {
   std::vector<geometry::MirrorView> mirrors;
   std::vector<PeakScan> scans;
   std::vector<WhiteView> whites;  ///< also of the trap and the chart
-  std::vector<RatioCheck> ratios;
+  std::vector<GlassView> glasses;
   /// The white's, per channel, when trap or chart were looked at: what they sent is compared with a
   /// white in the light of that day.
   std::optional<std::array<double, 3>> constant;
