@@ -55,7 +55,10 @@ TEST(CalibrationReport, EscapesHostileText) {
   data.archive.results[0].checks[0].name = hostile;
   data.refused = {{"linearity", hostile}};
   data.observations["backlash"].axes.push_back(
-      {hostile, {}, {{Angle::from_degrees(1.0), true, Angle::from_degrees(1.01)}}, {}});
+      {hostile,
+       {},
+       {{Angle::from_degrees(1.0), true, Angle::from_degrees(1.0), Angle::from_degrees(1.01)}},
+       {}});
   data.findings.verification.emplace();
   data.findings.verification->explanation = hostile;
   const std::string page = html(data);
