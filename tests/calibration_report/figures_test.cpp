@@ -239,9 +239,9 @@ TEST(ReportFigures, ArrivalsHomingsAndSettling) {
   CalibrationReportData data;
   data.observations["backlash"].axes.push_back({"tilt",
                                                 {deg(1.001), deg(0.999)},
-                                                {{deg(10.0), true, deg(10.002)},
-                                                 {deg(10.0), false, deg(10.05)},
-                                                 {deg(20.0), true, deg(20.0)}},
+                                                {{deg(10.0), true, deg(10.001), deg(10.002)},
+                                                 {deg(10.0), false, deg(10.001), deg(10.05)},
+                                                 {deg(20.0), true, deg(20.0), deg(20.0)}},
                                                 {{0.0, deg(5.01)}, {1.0, deg(5.0)}}});
   const std::string page = html(data);
   const Figure arrivals(page, "tilt: arrivals");
