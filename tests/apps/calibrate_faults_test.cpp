@@ -111,6 +111,7 @@ TEST_F(CalibrateFaults, ARedoOfOneStepLeavesTheOthers) {
   take({"darks", "warm_up"});
   const auto process = waiting({"--redo", "--only", "homing", "warm_up"});
   process->send(SIGTERM);
+  ASSERT_TRUE(process->ends_within(kAtOnce));
   EXPECT_EQ(process->wait().exit_code, 1);
   EXPECT_EQ(states()["darks"], "valid");
   EXPECT_EQ(states()["warm_up"], "stale");
