@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -11,7 +10,6 @@
 #include <functional>
 
 #include "finished_run.h"
-#include "gonio/calibration/result/step_refused.h"
 #include "gonio/files/sha256.h"
 #include "hidden_bench.h"
 #include "temporary_folder.h"
@@ -199,56 +197,6 @@ TEST_F(AnotherDay, ARedoThatIsInterruptedLeavesNothingThatPassesForWhole) {
   EXPECT_EQ(routine.archive().instrument_sha256, "");
   EXPECT_FALSE(routine.findings().intrinsics || routine.findings().zeros);
   EXPECT_TRUE(routine.findings().stray);
-}
-
-TEST_F(AnotherDay, WhatIsGivenUpIsNotAmongTheFindings) {
-  // Mirror images that are just good enough with the homing of the first day.
-  constexpr double kLeast_deg = 0.01985;
-  constexpr double kMost_deg = 0.01999;  // the limit is 0.02
-  instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder_.archive());
-  const auto result =
-      std::find_if(archive.results.begin(), archive.results.end(),
-                   [](const instrument::StepResult& each) { return each.step == "lamp_arm"; });
-  const Observations seen = read_observations(*result, folder_);
-  const Routine before = opened(1);
-  const instrument::Instrument nominal = test::HiddenBench::nominal(sim::HiddenImage::small);
-  Observations noisy;
-  double sigma_deg = 0.0;
-  double low_px = 0.0;
-  double high_px = 2.0;
-  for (int i = 0; i < 50 && !(sigma_deg >= kLeast_deg && sigma_deg <= kMost_deg); ++i) {
-    const double noise_px = 0.5 * (low_px + high_px);
-    noisy = seen;
-    for (std::size_t k = 0; k < noisy.mirrors.size(); ++k) {
-      noisy.mirrors[k].pixel +=
-          noise_px * Eigen::Vector2d(k % 2 == 0 ? 1.0 : -1.0, k / 2 % 2 == 0 ? 1.0 : -1.0);
-    }
-    Findings findings = before.findings();
-    try {
-      sigma_deg = evaluate("lamp_arm", noisy, nominal, before.settings(), findings).checks[0].found;
-    } catch (const StepRefused&) {
-      sigma_deg = 1.0;
-    }
-    (sigma_deg < kLeast_deg ? low_px : high_px) = noise_px;
-  }
-  ASSERT_LE(sigma_deg, kMost_deg);
-  const std::string text = to_json("lamp_arm", noisy);
-  result->raw_data.at(0).sha256 = files::sha256_of_bytes(text);
-  std::ofstream(folder_.raw("lamp_arm", result->raw_data.at(0).sha256)) << text;
-  instrument::write_calibration_archive(folder_.archive(), archive);
-
-  sim::SimOptions world = test::another_day();
-  for (auto& axis : world.axes) axis.homing_sigma = Angle::from_degrees(0.004);
-  test::HiddenBench bench(world);
-  Routine routine = opened(2);
-  ASSERT_EQ(routine.state_of("lamp_arm"), StepState::valid);
-  ASSERT_TRUE(routine.findings().lamp_arm);
-  const instrument::StepResult& homing = routine.take("homing", bench.devices, {}, {});
-  EXPECT_THAT(homing.notes, testing::Contains(HasSubstr("lamp_arm, evaluated again with this, has "
-                                                        "to be taken again")));
-  EXPECT_EQ(routine.state_of("lamp_arm"), StepState::missing);
-  EXPECT_FALSE(routine.findings().lamp_arm);
-  EXPECT_TRUE(routine.findings().stage);
 }
 
 TEST_F(AnotherDay, ATakingOfATimeToComeIsRefused) {

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 
@@ -175,6 +176,44 @@ TEST_F(Refusal, OfRawDataBehindALink) {
                                             folder_.path() / "cal" / "raw");
   EXPECT_THAT([&] { routine(); },
               ThrowsMessage<std::invalid_argument>(HasSubstr("raw: found a link")));
+}
+
+TEST_F(Refusal, OfWhatALaterTakingMakesWrongIsOfItsFindingsToo) {
+  const sim::SimOptions few = test::HiddenBench::options_with_board(3, sim::HiddenImage::small);
+  sim::SimOptions many = few;
+  many.camera.hot_pixel_fraction = 0.001;
+  const Folder folder{folder_.path() / "cal"};
+  test::HiddenBench bench(few);
+  {
+    Routine calibration = routine();
+    calibration.take("darks", bench.devices, {}, {});
+    calibration.take("bad_pixels", bench.devices, {}, {});
+  }
+  // Cold ones to just below what is allowed.
+  instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder.archive());
+  instrument::StepResult& result = archive.results.at(1);
+  Observations seen = read_observations(result, folder);
+  for (std::uint32_t i = 0; i < 400; ++i) seen.defects.push_back({700 * i, sensor::defect::kCold});
+  const std::string text = to_json("bad_pixels", seen);
+  result.raw_data.at(0).sha256 = files::sha256_of_bytes(text);
+  std::ofstream(folder.raw("bad_pixels", result.raw_data.at(0).sha256)) << text;
+  instrument::write_calibration_archive(folder.archive(), archive);
+
+  Routine calibration = routine();
+  const auto cold = [](const Routine& of) {
+    const std::vector<std::uint8_t>& map = of.findings().bad_pixels;
+    return std::count_if(map.begin(), map.end(),
+                         [](std::uint8_t bits) { return (bits & sensor::defect::kCold) != 0; });
+  };
+  ASSERT_EQ(calibration.state_of("bad_pixels"), instrument::StepState::valid);
+  EXPECT_GE(cold(calibration), 380);
+  test::HiddenBench another(many);
+  const instrument::StepResult& darks = calibration.take("darks", another.devices, {}, {});
+  EXPECT_THAT(darks.notes, testing::Contains(HasSubstr("bad_pixels, evaluated again with this")));
+  EXPECT_EQ(calibration.state_of("bad_pixels"), instrument::StepState::missing);
+  EXPECT_EQ(cold(calibration), 0);
+  EXPECT_FALSE(calibration.findings().seen_after.contains("bad_pixels"));
+  EXPECT_EQ(calibration.findings().bad_pixels, routine().findings().bad_pixels);
 }
 
 TEST_F(Refusal, OfAFolderOfOtherDevices) {
