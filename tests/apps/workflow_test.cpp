@@ -220,7 +220,7 @@ TEST_F(Workflow, AsksNobodyWithYesAndGivesUpWithoutAPerson) {
   const Ended refused = run({"measure", "rig.toml", "--plan", "list.csv", "--material",
                              "builtin:red-pmma", "--out", "attended"},
                             3);
-  EXPECT_THAT(refused.error, HasSubstr("nobody confirmed"));
+  EXPECT_THAT(refused.error, HasSubstr("found the end of standard input"));
 }
 
 }  // namespace

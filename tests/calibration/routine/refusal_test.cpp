@@ -123,7 +123,7 @@ TEST_F(Refusal, OfALampThatIsOff) {
   test::HiddenBench bench(3);
   DeadLamp lamp(*bench.devices.light);
   bench.devices.light = &lamp;
-  expect_refused(bench, "homing", "is the lamp on");
+  expect_refused(bench, "homing", "the lamp on?");
 }
 
 TEST_F(Refusal, OfFramesThatAreSaturatedAtTheShortestExposure) {
