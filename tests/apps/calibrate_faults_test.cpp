@@ -166,8 +166,6 @@ TEST_F(CalibrateFaults, ListingBesideARunningCalibrationWritesNothing) {
   const auto before = snapshot();
   EXPECT_EQ(states()["darks"], "valid");
   EXPECT_EQ(snapshot(), before);
-  process->send(SIGTERM);
-  process->wait();
 }
 
 TEST_F(CalibrateFaults, WhatIsOfATimeToComeHasNoAge) {
