@@ -81,18 +81,26 @@ std::vector<Recovered> recovered(const Routine& routine, const sim::SimOptions& 
   const Eigen::Matrix2d& zeros = found.zeros.value().covariance;
   const double azimuth_variance = with_homing(zeros(0, 0), found, "azimuth");
   const double tilt_variance = with_homing(zeros(1, 1), found, "tilt");
-  // Of this homing: u_normal of the constants is of a session's.
-  const Angle datum_sigma =
-      Angle::from_radians(std::sqrt(0.5 * (azimuth_variance + tilt_variance)));
+  const auto normal_at = [](const rig::RigDescription& rig, const rig::Joints& readings) {
+    return Eigen::Vector3d(rig::forward(rig, readings).world_from_sample.linear().col(2));
+  };
+  // Of this homing: u_normal of the constants is of a session's. Axes that lean differently show
+  // more at some poses than at others.
+  const auto normal_sigma = [&](const rig::Joints& readings) {
+    const Eigen::Vector3d middle = normal_at(found.zeros->rig, readings);
+    double variance = 0.5 * (azimuth_variance - zeros(0, 0) + tilt_variance - zeros(1, 1));
+    for (const CalibratedRig& other : found.zeros->one_sigma_rigs) {
+      variance += 0.5 * (normal_at(other.rig, readings) - middle).squaredNorm();
+    }
+    return Angle::from_radians(std::sqrt(variance));
+  };
   for (const auto& readings : {deg(60, 0, 0), deg(60, 30, 10), deg(60, -30, 30)}) {
-    const Eigen::Vector3d normal =
-        rig::forward(instrument.rig, readings).world_from_sample.linear().col(2);
+    const Eigen::Vector3d normal = normal_at(instrument.rig, readings);
     const Eigen::Vector3d really =
-        to_gauge.linear() *
-        rig::forward(truth.rig, true_joints(truth, readings)).world_from_sample.linear().col(2);
+        to_gauge.linear() * normal_at(truth.rig, true_joints(truth, readings));
     all.push_back({fmt::format("sample normal at azimuth {:g}, tilt {:g}", readings[1].degrees(),
                                readings[2].degrees()),
-                   "deg", degrees_between(normal, really), datum_sigma.degrees(), 2,
+                   "deg", degrees_between(normal, really), normal_sigma(readings).degrees(), 2,
                    0.01 * angles});
     if (readings[1].radians() != 0.0) continue;
     const auto heading = [](const Eigen::Vector3d& n) { return std::atan2(n.y(), n.x()); };
