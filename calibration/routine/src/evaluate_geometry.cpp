@@ -56,8 +56,18 @@ geometry::StageAxes on_its_datum(const geometry::StageAxes& one,
     const bool down = parameter == stage::kAzimuthOffset && of_one.direction.z() < 0.0;
     errors[parameter] = (down ? -0.5 : 0.5) * (of_turned.offset - of_one.offset).radians();
   }
+  // With the board's normal turned onto its datum by the azimuth's zero, the tilt axis turns along:
+  // it has to be turned back, or a tilted sample would seem to face aside.
+  const auto heading = [](const geometry::StageAxes& stage) {
+    return Eigen::Vector2d(link_of(stage.rig, stage.rig.sample, "tilt").direction.head<2>());
+  };
+  const Eigen::Vector2d from = heading(one);
+  const Eigen::Vector2d to = heading(turned);
+  errors[stage::kTiltAxisHeading] =
+      0.5 * std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
   geometry::StageAxes found = geometry::perturbed(one, errors);
-  for (const auto parameter : {stage::kAzimuthOffset, stage::kTiltOffset}) {
+  for (const auto parameter :
+       {stage::kAzimuthOffset, stage::kTiltOffset, stage::kTiltAxisHeading}) {
     // Of the mean of two; what is common to both, the camera's place say, does not become less.
     found.covariance(parameter, parameter) += 0.25 * turned.covariance(parameter, parameter);
   }
