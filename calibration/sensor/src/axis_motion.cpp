@@ -130,7 +130,7 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
   // along the axis shows in the second only.
   const double by_arrivals = about_reading * std::sqrt(inverse_counts) / count;
   const double by_targets = sd_of(plays) / std::sqrt(count);
-  constexpr double kDiffers = 2.0;  // of few targets, less is chance
+  constexpr double kDiffers = 1.5;  // of few targets, less is chance
   const double play_sigma = by_targets > kDiffers * by_arrivals ? by_targets : by_arrivals;
   const double offset_sigma =
       std::max(sigma * std::sqrt(inverse_rising) / count, sd_of(offsets) / std::sqrt(count));
