@@ -51,6 +51,26 @@ StageAxes perturbed(const StageAxes& stage, const Eigen::VectorXd& errors) {
   return result;
 }
 
+StageAxes on_its_datum(const StageAxes& one, const StageAxes& turned) {
+  namespace at = stage_parameter;
+  const StageGeometry from = geometry_of(one);
+  const StageGeometry to = geometry_of(turned);
+  const auto heading = [](const Eigen::Vector3d& direction) {
+    return std::atan2(direction.y(), direction.x());
+  };
+  Eigen::VectorXd errors = Eigen::VectorXd::Zero(at::kCount);
+  errors[at::kAzimuthOffset] = 0.5 * (to.azimuth_offset - from.azimuth_offset);
+  errors[at::kTiltOffset] = 0.5 * (to.tilt_offset - from.tilt_offset);
+  // Turned back as the azimuth's zero turns it, or a tilted sample would seem to face aside.
+  errors[at::kTiltAxisHeading] = 0.5 * (heading(to.tilt_direction) - heading(from.tilt_direction));
+  StageAxes found = perturbed(one, errors);
+  for (const auto parameter : {at::kAzimuthOffset, at::kTiltOffset, at::kTiltAxisHeading}) {
+    // Of the mean of two; what is common to both, the camera's place say, does not become less.
+    found.covariance(parameter, parameter) += 0.25 * turned.covariance(parameter, parameter);
+  }
+  return found;
+}
+
 AngleEstimate axis_angle(const StageAxes& stage) {
   const auto covariance =
       covariance_of(stage, [](const StageAxes& s) { return one(angle_between_axes(s)); });

@@ -8,7 +8,6 @@
 namespace gonio::calibration::routine {
 namespace {
 
-namespace stage = geometry::stage_parameter;
 namespace lamp = geometry::lamp_parameter;
 using Named = ResultBuilder::Named;
 
@@ -40,40 +39,6 @@ const rig::ChainLink& link_of(const rig::RigDescription& rig, const rig::Chain& 
   throw StepRefused("found no axis " + axis + " under the sample, expected a rig of type la2");
 }
 
-/// The zeros of azimuth and tilt are where the board faces the camera's side. How it leans in its
-/// mount is in them, one way in `one`, the other way in `turned`: half of what they differ by
-/// brings them onto the normal of the datum that all targets lie on. Without it the mirror, whose
-/// lean is found by turning it as well, would seem to lean by the board's, and the lamp be off by
-/// twice that.
-geometry::StageAxes on_its_datum(const geometry::StageAxes& one,
-                                 const geometry::StageAxes& turned) {
-  Eigen::VectorXd errors = Eigen::VectorXd::Zero(stage::kCount);
-  for (const auto& [axis, parameter] :
-       {std::pair("azimuth", stage::kAzimuthOffset), std::pair("tilt", stage::kTiltOffset)}) {
-    const rig::ChainLink& of_one = link_of(one.rig, one.rig.sample, axis);
-    const rig::ChainLink& of_turned = link_of(turned.rig, turned.rig.sample, axis);
-    // An azimuth axis that points down counts the other way about the world's z.
-    const bool down = parameter == stage::kAzimuthOffset && of_one.direction.z() < 0.0;
-    errors[parameter] = (down ? -0.5 : 0.5) * (of_turned.offset - of_one.offset).radians();
-  }
-  // With the board's normal turned onto its datum by the azimuth's zero, the tilt axis turns along:
-  // it has to be turned back, or a tilted sample would seem to face aside.
-  const auto heading = [](const geometry::StageAxes& stage) {
-    return Eigen::Vector2d(link_of(stage.rig, stage.rig.sample, "tilt").direction.head<2>());
-  };
-  const Eigen::Vector2d from = heading(one);
-  const Eigen::Vector2d to = heading(turned);
-  errors[stage::kTiltAxisHeading] =
-      0.5 * std::atan2(from.x() * to.y() - from.y() * to.x(), from.dot(to));
-  geometry::StageAxes found = geometry::perturbed(one, errors);
-  for (const auto parameter :
-       {stage::kAzimuthOffset, stage::kTiltOffset, stage::kTiltAxisHeading}) {
-    // Of the mean of two; what is common to both, the camera's place say, does not become less.
-    found.covariance(parameter, parameter) += 0.25 * turned.covariance(parameter, parameter);
-  }
-  return found;
-}
-
 }  // namespace
 
 void evaluate_intrinsics(const Observations& seen, const Known& known, Findings& findings,
@@ -100,11 +65,11 @@ void evaluate_stage_axes(const Observations& seen, const Known& known, Findings&
                          ResultBuilder& result) {
   geometry::StageAxesOptions options;
   options.u_joint = joint_scatter(findings);
-  const geometry::StageAxes found =
-      on_its_datum(geometry::fit_stage_axes(known.nominal.rig, findings.intrinsics.value(),
-                                            seen.boards, options),
-                   geometry::fit_stage_axes(known.nominal.rig, findings.intrinsics.value(),
-                                            seen.boards_turned, options));
+  const geometry::StageAxes found = geometry::on_its_datum(
+      geometry::fit_stage_axes(known.nominal.rig, findings.intrinsics.value(), seen.boards,
+                               options),
+      geometry::fit_stage_axes(known.nominal.rig, findings.intrinsics.value(), seen.boards_turned,
+                               options));
   findings.stage = found;
   const rig::RigDescription& rig = found.rig;
   const Eigen::Isometry3d camera = rig::forward(rig, rig.home()).world_from_camera;

@@ -256,9 +256,9 @@ const instrument::StepResult& Routine::take(const std::string& name,
     Bench bench(guarded, known, settings_, [&](const std::string& what, double fraction) {
       if (progress) progress({name, what, fraction});
     });
-    seen = look(name, bench);
-    // It homes the axes many times: what others see is after the last of them.
+    // It homes the axes many times, and may end in the middle: what others see is after that.
     if (name == "homing") ++last_homing_;
+    seen = look(name, bench);
     seen.homing = last_homing_;
   }
   if (name == "stray_light") seen.constant = findings_.fields->constant;

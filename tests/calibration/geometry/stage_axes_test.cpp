@@ -87,6 +87,25 @@ TEST_P(StageAxesOfScale, FindTheHiddenRig) {
 }
 INSTANTIATE_TEST_SUITE_P(Scales, StageAxesOfScale, ::testing::Values(Scale::Full, Scale::Quarter));
 
+TEST(StageAxes, OfABoardThatLeansAreThoseOfItsDatum) {
+  const auto datum = hidden_rig(11, Scale::Full);
+  const auto leaning = [&](double way) {
+    test::HiddenRig hidden = datum;
+    hidden.sample_from_board.linear() *= test::turn({way * 0.25, way * -0.3, 0.0});
+    return fit_stage_axes(rig::la2(), known_camera(hidden.camera, 11),
+                          stage_views(hidden, 11, 0.05), {});
+  };
+  const StageAxes one = leaning(1.0);
+  const StageAxes found = on_its_datum(one, leaning(-1.0));
+  // Where the board alone is believed, it is off by its lean, and further the more it is tilted.
+  for (const double tilt : {0.0, 20.0, 40.0, 60.0}) {
+    const auto joints = joints_deg(90.0, 20.0, tilt);
+    const Eigen::Vector3d truth = true_normal(datum, joints);
+    EXPECT_LT(test::degrees_between(board_normal(found, joints).direction, truth), 0.01) << tilt;
+    EXPECT_GT(test::degrees_between(board_normal(one, joints).direction, truth), 0.2) << tilt;
+  }
+}
+
 TEST(StageAxes, ReproduceExactObservationsThroughForwardKinematics) {
   const auto hidden = hidden_rig(3, Scale::Full);
   const auto views = stage_views(hidden, 3, 0.0);

@@ -112,6 +112,14 @@ rig::Joints corrected(const StageAxes& stage, const rig::Joints& readings);
 /// The stage with errors (order of stage_parameter) added: for propagating the covariance.
 StageAxes perturbed(const StageAxes& stage, const Eigen::VectorXd& errors);
 
+/// `one` without what the board leans by in its mount, which `turned`, of the board turned by half
+/// a turn in it, has the other way: the mean of both. In their gauge, where the board's normal is x
+/// at joint zero, a lean is in the zeros of azimuth and tilt and turns the tilt axis with it. At
+/// joint zero x becomes the normal of the datum that all targets lie on. Without it the mirror,
+/// whose lean is found by turning it as well, would seem to lean by the board's, and the lamp be
+/// off by twice that.
+StageAxes on_its_datum(const StageAxes& one, const StageAxes& turned);
+
 /// What does not depend on the gauge, with its uncertainty.
 AngleEstimate axis_angle(const StageAxes& stage);  ///< between azimuth and tilt axis, 0 to 180 deg
 LengthEstimate axis_skew(const StageAxes& stage);  ///< their distance along z cross tilt, signed
