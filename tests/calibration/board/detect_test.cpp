@@ -185,16 +185,22 @@ double largest_move(const geometry::BoardView& from, const geometry::BoardView& 
 // than its noise of 0.015 px.
 constexpr double kMoveByTwoMissing_px = 0.015;
 
+/// Index of a pixel so many rows and columns from the one that a corner lies in.
+std::size_t beside(const geometry::BoardCorner& corner, const devices::Frame& frame, int rows,
+                   int columns) {
+  const auto row = static_cast<int>(std::lround(corner.pixel.y())) + rows;
+  const auto column = static_cast<int>(std::lround(corner.pixel.x())) + columns;
+  return static_cast<std::size_t>(row * frame.width_px + column);
+}
+
 TEST(Detect, BadPixelsBesideCornersMoveNone) {
   const BoardSpec spec;
   devices::Frame frame = test::picture_of(test::options_with_board(spec), {7.3, 6.0});
   const geometry::BoardView clean = detect(test::image_of(frame), spec);
   std::vector<std::uint8_t> bad(frame.pixels_dn.size(), 0);
   for (const geometry::BoardCorner& corner : clean.corners) {  // one hot and one dead at each
-    const auto column = static_cast<int>(std::lround(corner.pixel.x()));
-    const auto row = static_cast<int>(std::lround(corner.pixel.y()));
-    const auto hot = static_cast<std::size_t>((row + 2) * frame.width_px + column + 1);
-    const auto dead = static_cast<std::size_t>((row - 1) * frame.width_px + column + 2);
+    const auto hot = beside(corner, frame, 2, 1);
+    const auto dead = beside(corner, frame, -1, 2);
     frame.pixels_dn[hot] = 3800;
     frame.pixels_dn[dead] = 70;
     bad[hot] = bad[dead] = 1;
@@ -211,9 +217,7 @@ TEST(Detect, BadPixelsBesideCornersThatNoMapKnowsMoveNone) {
   devices::Frame frame = test::picture_of(test::options_with_board(spec), {7.3, 6.0});
   const geometry::BoardView clean = detect(test::image_of(frame), spec);
   for (const geometry::BoardCorner& corner : clean.corners) {
-    const auto column = static_cast<int>(std::lround(corner.pixel.x()));
-    const auto row = static_cast<int>(std::lround(corner.pixel.y()));
-    const auto dead = static_cast<std::size_t>((row - 1) * frame.width_px + column + 2);
+    const auto dead = beside(corner, frame, -1, 2);
     const bool in_white = frame.pixels_dn[dead] > 1000;
     frame.pixels_dn[dead] = in_white ? 70 : 2500;
   }
@@ -227,10 +231,7 @@ TEST(Detect, SaturatedPixelsBesideCornersMoveNone) {
   devices::Frame frame = test::picture_of(test::options_with_board(spec), {7.3, 6.0});
   const geometry::BoardView clean = detect(test::image_of(frame), spec);
   for (const geometry::BoardCorner& corner : clean.corners) {
-    const auto column = static_cast<int>(std::lround(corner.pixel.x()));
-    const auto row = static_cast<int>(std::lround(corner.pixel.y()));
-    frame.pixels_dn[static_cast<std::size_t>((row + 2) * frame.width_px + column + 1)] =
-        frame.saturation_level_dn;
+    frame.pixels_dn[beside(corner, frame, 2, 1)] = frame.saturation_level_dn;
   }
   const geometry::BoardView found = detect(test::image_of(frame), spec);
   EXPECT_EQ(found.corners.size(), clean.corners.size());
