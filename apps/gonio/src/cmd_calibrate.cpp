@@ -113,7 +113,10 @@ routine::RoutineSettings settings_of(const RigFile& rig, const CalibrateOptions&
   if (!std::isnan(options.temperature_deg_c)) {
     settings.temperature_deg_c = options.temperature_deg_c;
   }
-  if (options.square_mm > 0.0) settings.board.square_mm = options.square_mm;
+  if (options.square_mm > 0.0) {
+    settings.board.square_mm = options.square_mm;
+    settings.board_measured = true;
+  }
   if (!options.chart.empty()) {
     settings.chart = read_chart(options.chart, options.patch_mm, options.gap_mm);
   }
@@ -256,9 +259,10 @@ void add_calibrate(const Command& root) {
   command.flag("--list", options->list, "Say where the steps stand; take none");
   command.seed(options->seed, "Of the simulated world (default 1)");
   command.flag("--yes", options->yes, "A simulated rig or a motorised changer mounts the targets");
-  command.number("--square-mm", options->square_mm, 1.0, 100.0,
-                 "Edge of the printed board's squares as measured (default: 10, as gonio board "
-                 "draws them)");
+  command.number(
+      "--square-mm", options->square_mm, 1.0, 100.0,
+      "Edge of the printed board's squares as measured (default: what the folder's steps "
+      "were told, else 10, as gonio board draws them)");
   command.text("--chart", options->chart,
                "Colour chart's values (CSV: row, column, red, green, blue; linear, white = 1)");
   command.number("--patch-mm", options->patch_mm, 1.0, 100.0, "Edge of the chart's patches");

@@ -146,6 +146,7 @@ void Routine::mark_changed(instrument::CalibrationArchive& stored) {
         "made with another white: flat_field, stray_light, white and colour have to be taken "
         "again");
   }
+  keep_measured_board(stored, settings_);
   const instrument::TargetData told = target_data(settings_);
   for (const instrument::StepResult& result : stored.results) {
     std::string line = instrument::told_otherwise(result, told);

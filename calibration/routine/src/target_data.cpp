@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <charconv>
+#include <stdexcept>
+
 #include "gonio/calibration/routine/settings.h"
 #include "gonio/files/sha256.h"
 
@@ -14,7 +17,28 @@ std::string chart_sha256(const ChartSpec& chart) {
   return files::sha256_of_bytes(std::string_view(text));
 }
 
+constexpr const char* kBoardSquare = "board_square_mm";
+
 }  // namespace
+
+void keep_measured_board(const instrument::CalibrationArchive& archive, RoutineSettings& settings) {
+  if (settings.board_measured) return;
+  for (const instrument::StepResult& result : archive.results) {
+    const auto told = result.told.find(kBoardSquare);
+    if (told == result.told.end()) continue;
+    double square_mm = 0.0;
+    const char* const end = told->second.data() + told->second.size();
+    const auto read = std::from_chars(told->second.data(), end, square_mm);
+    if (read.ec != std::errc() || read.ptr != end) {
+      throw std::invalid_argument(fmt::format("{}: told.{}: found \"{}\", expected a length",
+                                              result.step, kBoardSquare, told->second));
+    }
+    settings.board.square_mm = square_mm;
+    settings.board.validate();
+    settings.board_measured = true;
+    return;
+  }
+}
 
 instrument::TargetData target_data(const RoutineSettings& settings) {
   instrument::TargetData data{
@@ -23,6 +47,9 @@ instrument::TargetData target_data(const RoutineSettings& settings) {
       {"sample_raised_mm", fmt::format("{}", settings.sample.raised_mm)},
       {"u_sample_raised_mm", fmt::format("{}", settings.sample.u_raised_mm)},
       {"black_glass_index", fmt::format("{}", settings.black_glass_index)}};
+  if (settings.board_measured) {
+    data[kBoardSquare] = fmt::format("{}", settings.board.square_mm);
+  }
   if (!settings.chart.linear_srgb.empty()) data["colour_chart"] = chart_sha256(settings.chart);
   return data;
 }

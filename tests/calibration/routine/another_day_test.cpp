@@ -1,6 +1,7 @@
 // A calibration on the days after it was made: what has to be taken again, and what its constants
 // then are.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <chrono>
@@ -186,6 +187,45 @@ TEST_F(AnotherDay, WhatTheOperatorSaysOfATargetHoldsForWhatWasMadeWithIt) {
   }
   EXPECT_THAT(open_on(1), IsEmpty()) << "until one is taken the folder is as it was";
   expect_constants_of_the_archive(1);
+}
+
+TEST_F(AnotherDay, SquaresOfTheBoardThatWereMeasuredStayTold) {
+  RoutineSettings measured = test::HiddenBench::settings();
+  measured.board_measured = true;
+  const auto with_square = [&](double square_mm) {
+    measured.board.square_mm = square_mm;
+    return test::reopened(folder_, day(1), measured);
+  };
+  const auto stale = [](const char* was, const char* is) {
+    return testing::UnorderedElementsAre(
+        HasSubstr(fmt::format("intrinsics was made with other targets: board_square_mm was {}, now "
+                              "it is {};",
+                              was, is)),
+        HasSubstr(fmt::format("stage_axes was made with other targets: board_square_mm was {}, now "
+                              "it is {};",
+                              was, is)));
+  };
+  EXPECT_THAT(with_square(9.75).notices(), stale("not told", "9.75"));
+
+  instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder_.archive());
+  const auto tell = [&](const char* square_mm) {
+    for (instrument::StepResult& result : archive.results) {
+      if (result.step == "intrinsics" || result.step == "stage_axes") {
+        result.told["board_square_mm"] = square_mm;
+      }
+    }
+    instrument::write_calibration_archive(folder_.archive(), archive);
+  };
+  tell("9.75");
+  EXPECT_THAT(with_square(9.75).notices(), IsEmpty());
+  EXPECT_THAT(with_square(9.5).notices(), stale("9.75", "9.5"));
+  const Routine not_said_again = opened(1);
+  EXPECT_THAT(not_said_again.notices(), IsEmpty());
+  EXPECT_EQ(not_said_again.settings().board.square_mm, 9.75);
+  for (const char* none : {"wide", "-1", "nan", "9.75 mm", ""}) {
+    tell(none);
+    EXPECT_THROW(opened(1), std::invalid_argument) << none;
+  }
 }
 
 TEST_F(AnotherDay, ARedoThatIsInterruptedLeavesNothingThatPassesForWhole) {

@@ -26,6 +26,7 @@ struct ChartSpec {
 struct RoutineSettings {
   acquisition::SessionOptions session;  ///< retries, time-outs, exposures
   board::BoardSpec board;
+  bool board_measured = false;  ///< somebody measured its squares: results keep their size
   ChartSpec chart;  ///< no patches: there is no chart, the colour matrix stays unity
 
   geometry::MirrorMount mirror;        ///< how the mirror lies where the board lay
@@ -46,7 +47,12 @@ struct RoutineSettings {
   int white_frames = 4;
 };
 
-/// What the settings say of targets, as results keep it. A chart without patches is not told.
+/// What the settings say of targets, as results keep it. A chart without patches is not told, nor a
+/// board that nobody has measured.
 instrument::TargetData target_data(const RoutineSettings& settings);
+
+/// Unless the settings' board was measured: its squares as an earlier step was told them, if one
+/// was. Throws std::invalid_argument for what is no length.
+void keep_measured_board(const instrument::CalibrationArchive& archive, RoutineSettings& settings);
 
 }  // namespace gonio::calibration::routine
