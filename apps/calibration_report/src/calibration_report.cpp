@@ -95,6 +95,18 @@ bool any_failed(const CalibrationReportData& data) {
                      [&](const auto& r) { return failed(r.checks); });
 }
 
+/// Of the room, as the steps were told it.
+std::string temperatures(const instrument::CalibrationArchive& archive) {
+  std::vector<double> told;
+  for (const instrument::StepResult& result : archive.results) {
+    if (result.temperature_deg_c) told.push_back(*result.temperature_deg_c);
+  }
+  if (told.empty()) return {};
+  const auto [low, high] = std::minmax_element(told.begin(), told.end());
+  const std::string most = *high > *low ? fmt::format(" to {:.1f}", *high) : std::string();
+  return fmt::format("<dt>Temperature</dt><dd>{:.1f}{} &deg;C</dd>\n", *low, most);
+}
+
 std::string header(const CalibrationReportData& data) {
   std::map<StepState, int> count;
   std::optional<instrument::UtcSeconds> until;
@@ -117,9 +129,7 @@ std::string header(const CalibrationReportData& data) {
                         count[StepState::stale], count[StepState::expired]);
   }
   std::string facts;
-  if (const auto& temperature = data.archive.temperature_deg_c) {
-    facts += fmt::format("<dt>Temperature</dt><dd>{:.1f} &deg;C</dd>\n", *temperature);
-  }
+  facts += temperatures(data.archive);
   for (const auto& [device, serial] : data.archive.serials) {
     facts += fmt::format("<dt>{}</dt><dd>{}</dd>\n", escaped(device), escaped(serial));
   }

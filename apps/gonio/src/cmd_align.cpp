@@ -86,7 +86,8 @@ int align(Context& context, const AlignOptions& options) {
       alignment = alignment_by_highlight(console, rig, *opened, context.stop);
     } catch (const calibration::StepRefused& refused) {
       console.error(refused.what(),
-                    "nothing was written; a matte sample is aligned by its seat: --seat-sigma DEG");
+                    "nothing was written; a sample without a highlight is aligned by its seat: "
+                    "--seat-sigma DEG");
       return kDoNotTrust;
     }
     opened->require_safe();

@@ -192,6 +192,9 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   }
   const routine::RoutineSettings settings = settings_of(rig, options);
   if (options.out.empty()) throw UsageError("--out: the path names no folder");
+  if (std::filesystem::exists(options.out) && !std::filesystem::is_directory(options.out)) {
+    throw UsageError(fmt::format("--out: {} is no folder", options.out));
+  }
   const std::vector<std::string> wanted = steps_wanted(options);
   std::optional<files::ProcessLock>
       alone;  // a program keeps the archive in memory and writes it whole
@@ -243,6 +246,23 @@ int calibrate(Context& context, const CalibrateOptions& options) {
   return finish(refused ? kDoNotTrust : kSuccess);
 }
 
+/// Says of an interruption what it leaves.
+int calibrate_until_stopped(Context& context, const CalibrateOptions& options) {
+  try {
+    return calibrate(context, options);
+  } catch (const Interrupted&) {
+  } catch (const devices::DeviceError& error) {
+    if (!context.stop.stop_requested() || error.code() != devices::DeviceErrc::Stopped) throw;
+  }
+  context.console.error(
+      "interrupted",
+      fmt::format(
+          "what {} holds stays, but for what was to be taken again; without --redo the same "
+          "command goes on",
+          options.out));
+  return kFailure;
+}
+
 }  // namespace
 
 void add_calibrate(const Command& root) {
@@ -270,7 +290,7 @@ void add_calibrate(const Command& root) {
   command.number("--temperature", options->temperature_deg_c, -40.0, 80.0,
                  "Of the room, deg C: kept with the calibration");
   command.flag("--json", options->json, "Print JSON");
-  command.on_call(options, calibrate);
+  command.on_call(options, calibrate_until_stopped);
 }
 
 }  // namespace gonio::cli

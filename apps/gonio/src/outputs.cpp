@@ -15,6 +15,27 @@ void require_replaceable_file(const std::filesystem::path& path) {
   throw FileError(path, "replace", "it is not a regular file");
 }
 
+namespace {
+
+/// A calibration's own files are what it holds; beside them there may be others.
+void require_beside_calibration(const std::filesystem::path& out) {
+  std::error_code ignored;
+  const std::filesystem::path file = std::filesystem::weakly_canonical(out, ignored);
+  const std::filesystem::path folder = file.parent_path().filename() == "raw"
+                                           ? file.parent_path().parent_path()
+                                           : file.parent_path();
+  if (!std::filesystem::exists(folder / "calibration.json", ignored)) return;
+  if (folder == file.parent_path() && file.filename() != "calibration.json" &&
+      file.filename() != "instrument.json") {
+    return;
+  }
+  throw UsageError(
+      out.string() + ": is the calibration's in " + folder.string() + " and would be lost",
+      "give another name to --out");
+}
+
+}  // namespace
+
 void require_output(const std::string& out, bool force, std::initializer_list<std::string> inputs) {
   if (out == "-") throw UsageError("--out: found '-', expected the name of a file");
   std::error_code ignored;  // what does not exist is no input
@@ -36,6 +57,7 @@ void require_output(const std::string& out, bool force, std::initializer_list<st
                        "give a place outside of it to --out");
     }
   }
+  require_beside_calibration(out);
   if (force) require_replaceable_file(out);
   files::require_creatable(out, force ? files::Overwrite::Yes : files::Overwrite::No);
 }

@@ -63,12 +63,9 @@ StageAxes on_its_datum(const StageAxes& one, const StageAxes& turned) {
   errors[at::kTiltOffset] = 0.5 * (to.tilt_offset - from.tilt_offset);
   // Turned back as the azimuth's zero turns it, or a tilted sample would seem to face aside.
   errors[at::kTiltAxisHeading] = 0.5 * (heading(to.tilt_direction) - heading(from.tilt_direction));
-  StageAxes found = perturbed(one, errors);
-  for (const auto parameter : {at::kAzimuthOffset, at::kTiltOffset, at::kTiltAxisHeading}) {
-    // Of the mean of two; what is common to both, the camera's place say, does not become less.
-    found.covariance(parameter, parameter) += 0.25 * turned.covariance(parameter, parameter);
-  }
-  return found;
+  // The covariance stays that of one: of the mean of two it is no more, and not less in what is
+  // common to both, the camera's place say.
+  return perturbed(one, errors);
 }
 
 AngleEstimate axis_angle(const StageAxes& stage) {

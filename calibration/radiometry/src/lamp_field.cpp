@@ -44,6 +44,7 @@ Channels channels_of(const std::vector<WhiteView>& views) {
 /// One pixel: what is known of it before the fit.
 struct Row {
   std::size_t view;
+  std::size_t pose;       ///< the same for the colours of one pose
   Eigen::Index constant;  ///< column of its channel's ln C
   double log_signal;      ///< ln of the signal over everything but C, V and I
   double sigma;           ///< of it
@@ -51,12 +52,27 @@ struct Row {
   Eigen::Matrix<double, kLensTerms, 1> lens;
 };
 
+/// For every view the index of its pose, which views in other colours share.
+std::vector<std::size_t> poses_of(const std::vector<WhiteView>& views) {
+  std::vector<std::size_t> first;  // view of every pose
+  std::vector<std::size_t> pose;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const auto same = std::find_if(first.begin(), first.end(), [&](std::size_t other) {
+      return views[other].joints == views[v].joints;
+    });
+    pose.push_back(static_cast<std::size_t>(same - first.begin()));
+    if (same == first.end()) first.push_back(v);
+  }
+  return pose;
+}
+
 std::vector<Row> rows_of(const instrument::Instrument& instrument,
                          const std::vector<WhiteView>& views,
                          const std::array<Eigen::Index, 3>& column_of_channel) {
   instrument::Instrument flat = instrument;
   flat.lamp_field = {};
   flat.vignetting = {};
+  const std::vector<std::size_t> pose_of_view = poses_of(views);
   std::vector<Row> rows;
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (const PixelSignal& pixel : views[v].pixels) {
@@ -77,6 +93,7 @@ std::vector<Row> rows_of(const instrument::Instrument& instrument,
       const double y = factor->lamp_y;
       const double q = factor->camera_q;
       Row row{v,
+              pose_of_view[v],
               column_of_channel[static_cast<std::size_t>(views[v].channel)],
               std::log(pixel.dn_per_s / factor->per_constant),
               pixel.sigma_dn_per_s / pixel.dn_per_s,
@@ -155,26 +172,29 @@ double falloff_sigma(const Eigen::MatrixXd& whitened_jacobian, const std::vector
   return std::sqrt(largest);
 }
 
-/// Weighted means over each view of relative residuals, and their sds by the pixels' noise.
-struct ViewMeans {
+/// Weighted means over each view or pose of relative residuals, and their sds by the pixels' noise.
+struct GroupMeans {
   std::vector<double> mean;
   std::vector<double> sigma;  ///< 0: nothing was seen
 };
 
-ViewMeans view_means(const Eigen::VectorXd& whitened, const std::vector<Row>& rows,
-                     std::size_t views) {
-  std::vector<double> weight(views, 0.0);
-  std::vector<double> sum(views, 0.0);
+/// `group`  &Row::view or &Row::pose.
+GroupMeans means_of(const Eigen::VectorXd& whitened, const std::vector<Row>& rows,
+                    std::size_t Row::*group) {
+  std::size_t groups = 0;
+  for (const Row& row : rows) groups = std::max(groups, row.*group + 1);
+  std::vector<double> weight(groups, 0.0);
+  std::vector<double> sum(groups, 0.0);
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double per_sigma = 1.0 / rows[i].sigma;
-    weight[rows[i].view] += per_sigma * per_sigma;
-    sum[rows[i].view] += whitened[static_cast<Eigen::Index>(i)] * per_sigma;
+    weight[rows[i].*group] += per_sigma * per_sigma;
+    sum[rows[i].*group] += whitened[static_cast<Eigen::Index>(i)] * per_sigma;
   }
-  ViewMeans means{std::vector<double>(views, 0.0), std::vector<double>(views, 0.0)};
-  for (std::size_t v = 0; v < views; ++v) {
-    if (!(weight[v] > 0.0)) continue;
-    means.mean[v] = sum[v] / weight[v];
-    means.sigma[v] = 1.0 / std::sqrt(weight[v]);
+  GroupMeans means{std::vector<double>(groups, 0.0), std::vector<double>(groups, 0.0)};
+  for (std::size_t g = 0; g < groups; ++g) {
+    if (!(weight[g] > 0.0)) continue;
+    means.mean[g] = sum[g] / weight[g];
+    means.sigma[g] = 1.0 / std::sqrt(weight[g]);
   }
   return means;
 }
@@ -182,7 +202,7 @@ ViewMeans view_means(const Eigen::VectorXd& whitened, const std::vector<Row>& ro
 /// How the fit follows the geometry.
 struct FollowedGeometry {
   Eigen::MatrixXd covariance;  ///< of the parameters
-  double squares = 0.0;        ///< of the views' means, summed: what of it no parameter can follow
+  double squares = 0.0;        ///< of the poses' means, summed: what of it no parameter can follow
 };
 
 FollowedGeometry follow_geometry(const instrument::Instrument& instrument,
@@ -201,40 +221,57 @@ FollowedGeometry follow_geometry(const instrument::Instrument& instrument,
         linearise(rows, parameters, channels.count).residual - here.residual;
     const Eigen::VectorXd moved = normal_inverse * here.jacobian.transpose() * change;
     followed.covariance += moved * moved.transpose();
-    for (const double mean : view_means(change - here.jacobian * moved, rows, views.size()).mean) {
+    for (const double mean : means_of(change - here.jacobian * moved, rows, &Row::pose).mean) {
       followed.squares += mean * mean;
     }
   }
   return followed;
 }
 
-/// What all pixels of a view are off by together (the lamp, its monitor, where the axes stand), as
-/// it shows in the views' mean residuals beyond the pixels' noise and what the geometry leaves
-/// there, carried into the parameters.
-Eigen::MatrixXd shared_by_views(const System& system, const std::vector<Row>& rows,
-                                std::size_t views, Eigen::Index channels,
-                                const Eigen::MatrixXd& normal_inverse, double geometry_squares) {
-  Eigen::MatrixXd by_view =
-      Eigen::MatrixXd::Zero(system.jacobian.cols(), static_cast<Eigen::Index>(views));
+/// What all rows of a group are off by together, as it shows in the groups' mean residuals beyond
+/// the pixels' noise and `known_squares`, carried into the parameters. The fit takes `fitted` of
+/// the means.
+Eigen::MatrixXd shared_by(std::size_t Row::*group, const GroupMeans& means, const System& system,
+                          const std::vector<Row>& rows, Eigen::Index fitted,
+                          const Eigen::MatrixXd& normal_inverse, double known_squares) {
+  Eigen::MatrixXd by_group =
+      Eigen::MatrixXd::Zero(system.jacobian.cols(), static_cast<Eigen::Index>(means.mean.size()));
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    by_view.col(static_cast<Eigen::Index>(rows[i].view)) +=
+    by_group.col(static_cast<Eigen::Index>(rows[i].*group)) +=
         system.jacobian.row(static_cast<Eigen::Index>(i)).transpose() / rows[i].sigma;
   }
-  const ViewMeans means = view_means(system.residual, rows, views);
   double squares = 0.0;
   double noise = 0.0;
   double used = 0.0;
-  for (std::size_t v = 0; v < views; ++v) {
-    if (!(means.sigma[v] > 0.0)) continue;
-    squares += means.mean[v] * means.mean[v];
-    noise += means.sigma[v] * means.sigma[v];
+  for (std::size_t g = 0; g < means.mean.size(); ++g) {
+    if (!(means.sigma[g] > 0.0)) continue;
+    squares += means.mean[g] * means.mean[g];
+    noise += means.sigma[g] * means.sigma[g];
     used += 1.0;
   }
-  // Fields are seen within a view; of its mean the constants take most.
-  const double free = std::max(1.0, used - static_cast<double>(channels));
+  const double free = std::max(1.0, used - static_cast<double>(fitted));
   const double variance =
-      std::max(0.0, (squares - geometry_squares) / free - noise / std::max(1.0, used));
-  return variance * normal_inverse * by_view * by_view.transpose() * normal_inverse;
+      std::max(0.0, (squares - known_squares) / free - noise / std::max(1.0, used));
+  return variance * normal_inverse * by_group * by_group.transpose() * normal_inverse;
+}
+
+/// What pixels are off by together: those of a pose in all colours (where the axes stand, what the
+/// white's table is off by there), and beyond that those of a view (the lamp, its monitor). Fields
+/// are seen within a view; of the means the constants take most.
+Eigen::MatrixXd shared_by_views(const System& system, const std::vector<Row>& rows,
+                                Eigen::Index channels, const Eigen::MatrixXd& normal_inverse,
+                                double geometry_squares) {
+  const GroupMeans poses = means_of(system.residual, rows, &Row::pose);
+  GroupMeans within = means_of(system.residual, rows, &Row::view);
+  std::vector<bool> done(within.mean.size(), false);
+  for (const Row& row : rows) {
+    if (done[row.view]) continue;
+    within.mean[row.view] -= poses.mean[row.pose];
+    done[row.view] = true;
+  }
+  const auto means_within = static_cast<Eigen::Index>(poses.mean.size()) + channels - 1;
+  return shared_by(&Row::pose, poses, system, rows, 1, normal_inverse, geometry_squares) +
+         shared_by(&Row::view, within, system, rows, means_within, normal_inverse, 0.0);
 }
 
 /// Relative sd of field times falloff, rms over the pixels.
@@ -324,9 +361,8 @@ FieldFit fit_fields(const instrument::Instrument& instrument, const std::vector<
   }
   const FollowedGeometry geometry =
       follow_geometry(instrument, views, seen, one_sigma_rigs, parameters, system, normal_inverse);
-  fit.covariance =
-      normal_inverse * std::max(1.0, fit.chi2_per_dof) + geometry.covariance +
-      shared_by_views(system, rows, views.size(), channels, normal_inverse, geometry.squares);
+  fit.covariance = normal_inverse * std::max(1.0, fit.chi2_per_dof) + geometry.covariance +
+                   shared_by_views(system, rows, channels, normal_inverse, geometry.squares);
   fit.field_sigma = field_sigma(system.jacobian, rows, fit.covariance);
   if (const double sigma = falloff_sigma(system.jacobian, rows, fit.covariance); sigma > limit) {
     throw StepRefused(

@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -71,6 +73,18 @@ double geometry_sigma(const instrument::Instrument& instrument, const WhiteView&
   return std::sqrt(variance);
 }
 
+/// The monitor follows the lamp: what is far from the constant that the fields were found with was
+/// not the white.
+void require_as_fields(double with_fields, double now) {
+  constexpr double kMaxApart = 0.1;
+  if (!(with_fields > 0.0) || std::abs(now / with_fields - 1.0) <= kMaxApart) return;
+  throw StepRefused(fmt::format(
+      "found an instrument constant {:.3g} times that of flat_field, expected within {:.0f} %: is "
+      "the white mounted, clean and lit? If lamp, lens or monitor are others, take flat_field "
+      "again",
+      now / with_fields, 100.0 * kMaxApart));
+}
+
 std::array<double, 3> constant_then(const Observations& seen) {
   if (!seen.constant) {
     throw StepRefused("found no constants of the white beside what was seen, expected its day's");
@@ -126,7 +140,7 @@ void evaluate_white(const Observations& seen, const Known& known, Findings& find
   require_white_views(known.instrument, seen.whites);
   WhiteConstant white;
   // The fields are 1 on their axes, the reference is seen and lit beside them.
-  const double shape = findings.fields.value().residual_rms;
+  const double shape = findings.fields.value().field_sigma;
   const double geometry = geometry_sigma(known.instrument, seen.whites.front(),
                                          one_sigma_rigs_after(findings, seen.homing));
   std::array<std::vector<ChannelMean>, 3> takes;
@@ -145,6 +159,7 @@ void evaluate_white(const Observations& seen, const Known& known, Findings& find
     }
     if (!(all.weight > 0.0)) continue;
     white.constant[channel] = all.mean();
+    require_as_fields(findings.fields->constant[channel], all.mean());
     const double noise = 1.0 / std::sqrt(all.weight) / all.mean();
     const double drift = findings.lamp ? findings.lamp->sigma : 0.0;
     const double common = std::hypot(shape, geometry);
@@ -161,11 +176,11 @@ void evaluate_white(const Observations& seen, const Known& known, Findings& find
 
 void evaluate_colour(const Observations& seen, const Known& known, Findings& findings,
                      ResultBuilder& result) {
-  // Earlier versions did not keep it.
-  const std::vector<Eigen::Vector3d>& chart =
-      seen.chart.empty() ? known.settings.chart.linear_srgb : seen.chart;
+  const std::vector<Eigen::Vector3d>& chart = seen.chart;
   if (chart.empty()) {
-    result.note("no colour chart is given: the matrix is unity");
+    result.note(known.settings.chart.linear_srgb.empty()
+                    ? "no colour chart is given: the matrix is unity"
+                    : "the lamp has fewer than three channels: the matrix is unity");
     findings.colour = ColourMatrix{};
     return;
   }

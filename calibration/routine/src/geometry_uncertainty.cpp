@@ -42,6 +42,8 @@ std::vector<CalibratedRig> one_sigma_rigs_after(const Findings& findings, int ho
        {&rig::RigDescription::lamp, &rig::RigDescription::sample}) {
     for (std::size_t i = 0; i < (found.rig.*chain).links.size(); ++i) {
       const std::string& axis = found.rig.axes.at((found.rig.*chain).links[i].axis).name;
+      // The arm's own part counts again what the zeros' rigs have of it where all three steps were
+      // homed apart: too wide then, never too sure.
       const double apart = homed_apart(findings, "zero_offsets", homing, axis);
       if (apart == 0.0) continue;
       rigs.push_back(found);

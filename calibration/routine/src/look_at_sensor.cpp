@@ -1,5 +1,7 @@
 // What the camera does with light and without, on the white that faces it.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -30,12 +32,6 @@ sensor::FrameView view_of(const devices::Frame& frame) {
           duration<double>(frame.exposure).count()};
 }
 
-/// The white, facing the camera, lit from 45 deg.
-void face_white(Bench& bench) {
-  bench.devices().mount(devices::Target::white);
-  bench.go(bench.joints(Angle::from_degrees(45.0), {}, {}));
-}
-
 /// Square about the middle, within the target.
 sensor::Region region_on_target(const Bench& bench, double share) {
   const auto& camera = bench.instrument().camera;
@@ -49,6 +45,50 @@ sensor::Region region_on_target(const Bench& bench, double share) {
   const int top = std::max(0, static_cast<int>(middle.y()) - half);
   return {left, top, std::min(2 * half, camera.width_px - left),
           std::min(2 * half, camera.height_px - top), 1};
+}
+
+/// Throws StepRefused for what is no white: means over blocks of the region differ much, or it is
+/// far from the brightest thing in the picture, which the exposure was chosen by.
+void require_white(const Bench& bench, const devices::Frame& frame, double level) {
+  constexpr int kBlocks = 8;     // along an edge
+  constexpr double kEven = 0.5;  // darkest block of the brightest
+  constexpr double kLit = 0.25;  // brightest block of what was exposed for
+  const sensor::Region region = region_on_target(bench, kRegionOfTarget);
+  const int height = region.height_px / kBlocks;
+  const int width = region.width_px / kBlocks;
+  double darkest = frame.saturation_level_dn;
+  double brightest = 0.0;
+  for (int block = 0; block < kBlocks * kBlocks; ++block) {
+    const int top = region.row + block / kBlocks * height;
+    const int left = region.column + block % kBlocks * width;
+    double sum = 0.0;
+    for (int row = top; row < top + height; ++row) {
+      for (int column = left; column < left + width; ++column) sum += frame.at(row, column);
+    }
+    const double above = sum / (height * width) - bench.instrument().sensor.black_level_dn;
+    darkest = std::min(darkest, above);
+    brightest = std::max(brightest, above);
+  }
+  const double wanted = level * (bench.saturation_dn() - bench.instrument().sensor.black_level_dn);
+  if (brightest >= kLit * wanted && darkest >= kEven * brightest) return;
+  throw StepRefused(fmt::format(
+      "found {:.0f} to {:.0f} DN above black over the target, expected an even white that is the "
+      "brightest thing in the picture ({:.0f} DN): is the white mounted, clean and wholly lit?",
+      darkest, brightest, wanted));
+}
+
+/// The white, facing the camera, lit from 45 deg in the main channel: the exposure that brings it
+/// to `level` of saturation.
+nanoseconds light_white(Bench& bench, double level) {
+  bench.light(bench.main_channel());
+  const nanoseconds exposure = bench.exposure_for(level);
+  require_white(bench, bench.frame(exposure), level);
+  return exposure;
+}
+
+void face_white(Bench& bench) {
+  bench.devices().mount(devices::Target::white);
+  bench.go(bench.joints(Angle::from_degrees(45.0), {}, {}));
 }
 
 sensor::LevelStatistics level(Bench& bench, nanoseconds exposure) {
@@ -85,8 +125,7 @@ int up_and_down(int i, int count) {
 Observations sweep(Bench& bench, double top) {
   Observations seen;
   face_white(bench);
-  bench.light(bench.main_channel());
-  const nanoseconds bright = bench.exposure_for(kBright);
+  const nanoseconds bright = light_white(bench, kBright);
   const nanoseconds shortest = bench.devices().devices().camera->info().min_exposure;
   const nanoseconds first = std::max(shortest, times(bright, kFaintest));
   const int count = bench.settings().light_levels;
@@ -116,7 +155,7 @@ Observations look_at_warm_up(Bench& bench) {
   face_white(bench);
   bench.light(bench.main_channel());
   const auto start = bench.devices().now();
-  const nanoseconds exposure = bench.exposure_for(kHalf);
+  const nanoseconds exposure = light_white(bench, kHalf);
   const sensor::Region region = region_on_target(bench, kRegionOfTarget);
   const auto& settings = bench.settings();
   const auto all = static_cast<std::size_t>(settings.warm_up / settings.lamp_interval);
@@ -189,8 +228,7 @@ Observations look_at_linearity(Bench& bench) { return sweep(bench, 1.0); }
 
 Observations look_at_bad_pixels(Bench& bench) {
   face_white(bench);
-  bench.light(bench.main_channel());
-  const nanoseconds half = bench.exposure_for(kHalf);
+  const nanoseconds half = light_white(bench, kHalf);
   const sensor::PixelStack bright = stack(bench, half, bench.settings().flat_frames);
   // Beyond the target there is nothing flat to compare a pixel with its neighbours on.
   const sensor::Region region = region_on_target(bench, 0.9);

@@ -98,6 +98,24 @@ void look_at_black_glass(Bench& bench, std::vector<GlassView>& views) {
   views = std::move(seen);
 }
 
+/// Throws StepRefused when what is mounted shows the lamp's image: mirror and glass are as dark as
+/// a trap wherever they do not.
+void require_no_mirror(Bench& bench) {
+  bench.light(bench.main_channel());
+  const Angle arm = Angle::from_degrees(60.0);
+  const rig::Joints stood = bench.go(bench.joints(arm, 0.5 * arm, {}));
+  const double radius_px = lamp_image_radius_px(bench.instrument());
+  const auto image =
+      find_highlight(bench.frame(bench.exposure_for(kGlassLevel)), bench.bad_pixels(),
+                     bench.instrument().sensor.black_level_dn, radius_px);
+  constexpr double kNear = 4.0;  // images' radii
+  if (!image || (image->pixel - bench.middle(stood)).norm() > kNear * radius_px) return;
+  throw StepRefused(fmt::format(
+      "found an image of the lamp at pixel ({:.0f}, {:.0f}), expected a black trap: is a mirror or "
+      "glass in the holder?",
+      image->pixel.x(), image->pixel.y()));
+}
+
 /// Joints that show light and camera exchanged at the middle of the white, as the calibrated rig
 /// has it; `otherwise` where there are none. Seen in a mirror, which is the same to a white: else
 /// the tilt would have to be the other way, for which axes have little room.
@@ -133,6 +151,7 @@ Observations look_at_flat_field(Bench& bench) {
 
 Observations look_at_stray_light(Bench& bench) {
   bench.devices().mount(devices::Target::black_trap);
+  require_no_mirror(bench);
   const std::vector<Pose> poses{{20.0, 0.0, 0.0}, {45.0, 20.0, 10.0}, {90.0, 30.0, 20.0}};
   Observations seen;
   const Square square{0.6 * bench.settings().target_half_width_mm, 1};
@@ -211,8 +230,8 @@ Observations look_at_verification(Bench& bench) {
   };
   bench.devices().mount(devices::Target::white);
   const Square square{kUsedShare * bench.settings().target_half_width_mm, kParts};
-  // Not the poses of the flat field. The sixth is the fifth with light and camera exchanged, as
-  // near as nominal axes come; the last is the first again. The mirror takes a lamp arm that is off
+  // Not the poses of the flat field. The sixth is nominally the fifth with light and camera
+  // exchanged; the last is the first again. The mirror takes a lamp arm that is off
   // for half as much of the azimuth: the first and third, lit from far to either side, tell them
   // apart.
   const std::vector<Pose> poses{{70.0, -4.0, 8.0},   {60.0, 15.0, 30.0}, {15.0, 72.0, 0.0},

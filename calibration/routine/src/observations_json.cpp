@@ -325,7 +325,6 @@ Observations observations_from_json(const std::string& text, const std::string& 
     const rig::Joints joints = joints_of(each);
     seen.glasses.push_back({joints, each.vector<2>("pixel"), each.number("light")});
   });
-  // Younger than the format.
   if (fields.has("chart")) {
     each_flat<3>(fields, "chart",
                  [&](const double* v) { seen.chart.emplace_back(v[0], v[1], v[2]); });

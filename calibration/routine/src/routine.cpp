@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "evaluated_again.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
@@ -150,6 +151,9 @@ void Routine::mark_changed(instrument::CalibrationArchive& stored) {
   const instrument::TargetData told = target_data(settings_);
   for (const instrument::StepResult& result : stored.results) {
     std::string line = instrument::told_otherwise(result, told);
+    if (line.empty() && settings_.temperature_deg_c) {
+      line = instrument::at_another_temperature(result, *settings_.temperature_deg_c);
+    }
     if (line.empty() || stored.redo.contains(result.step)) continue;
     stored.redo.insert(result.step);
     notices_.push_back(std::move(line));
@@ -166,8 +170,13 @@ void Routine::evaluate_known() {
     try {
       const Observations seen = read_observations(*result, folder_);
       last_homing_ = std::max(last_homing_, seen.homing);
-      require_passed(evaluate(name, seen, nominal_, settings_, findings));
+      instrument::StepResult again = evaluate(name, seen, nominal_, settings_, findings);
+      require_passed(again);
       findings_ = std::move(findings);
+      if (same_numbers(again, *result)) continue;
+      take_over_taking(*result, again);
+      instrument::record(archive_, std::move(again));
+      numbers_changed_ = true;
     } catch (const StepRefused& refused) {
       // With other settings, or by another version, it may not: then it has to be taken.
       archive_.redo.insert(name);
@@ -212,7 +221,10 @@ void Routine::mend_constants() {
   const std::string there = std::filesystem::exists(folder_.instrument())
                                 ? files::sha256_of_file(folder_.instrument())
                                 : std::string();
-  if (there == archive_.instrument_sha256) return;
+  if (there == archive_.instrument_sha256) {
+    if (numbers_changed_) instrument::write_calibration_archive(folder_.archive(), archive_);
+    return;
+  }
   // As store() does it, the archive first: another version may come to other constants.
   const std::string constants = constants_of(archive_, findings_);
   archive_.instrument_sha256 = constants.empty() ? "" : files::sha256_of_bytes(constants);
@@ -270,6 +282,7 @@ const instrument::StepResult& Routine::take(const std::string& name,
   require_passed(result);
   result.inputs = inputs;
   result.told = told_of(step);
+  result.temperature_deg_c = settings_.temperature_deg_c;
   result.finished = now_();
   result.valid_until = result.finished + step.valid;
   const std::string text = to_json(name, seen);
@@ -277,7 +290,6 @@ const instrument::StepResult& Routine::take(const std::string& name,
   const std::filesystem::path path = folder_.raw(name, sha256);
   result.raw_data = {{std::filesystem::relative(path, folder_.path).string(), sha256}};
   instrument::CalibrationArchive archive = archive_;
-  if (settings_.temperature_deg_c) archive.temperature_deg_c = settings_.temperature_deg_c;
   instrument::record(archive, result);
   evaluate_borrowers(name, archive, findings, result.notes);
   instrument::record(archive, std::move(result));
@@ -306,17 +318,7 @@ void Routine::evaluate_borrowers(const std::string& taken, instrument::Calibrati
       instrument::StepResult again =
           evaluate(name, read_observations(*old, folder_), nominal_, settings_, tried);
       require_passed(again);
-      again.finished = old->finished;
-      again.valid_until = old->valid_until;
-      again.inputs = old->inputs;
-      again.told = old->told;
-      again.raw_data = old->raw_data;
-      // What the devices told when it was taken is among the old ones.
-      for (const std::string& note : old->notes) {
-        if (std::find(again.notes.begin(), again.notes.end(), note) == again.notes.end()) {
-          again.notes.push_back(note);
-        }
-      }
+      take_over_taking(*old, again);
       instrument::record(archive, std::move(again));
       findings = std::move(tried);
     } catch (const StepRefused& refused) {

@@ -23,21 +23,24 @@ constexpr const char* kBoardSquare = "board_square_mm";
 
 void keep_measured_board(const instrument::CalibrationArchive& archive, RoutineSettings& settings) {
   if (settings.board_measured) return;
+  // The last that was told: a result that is to be taken again still holds what was corrected.
+  const instrument::StepResult* last = nullptr;
   for (const instrument::StepResult& result : archive.results) {
-    const auto told = result.told.find(kBoardSquare);
-    if (told == result.told.end()) continue;
-    double square_mm = 0.0;
-    const char* const end = told->second.data() + told->second.size();
-    const auto read = std::from_chars(told->second.data(), end, square_mm);
-    if (read.ec != std::errc() || read.ptr != end) {
-      throw std::invalid_argument(fmt::format("{}: told.{}: found \"{}\", expected a length",
-                                              result.step, kBoardSquare, told->second));
-    }
-    settings.board.square_mm = square_mm;
-    settings.board.validate();
-    settings.board_measured = true;
-    return;
+    if (!result.told.contains(kBoardSquare)) continue;
+    if (last == nullptr || result.finished >= last->finished) last = &result;
   }
+  if (last == nullptr) return;
+  const std::string& told = last->told.at(kBoardSquare);
+  double square_mm = 0.0;
+  const char* const end = told.data() + told.size();
+  const auto read = std::from_chars(told.data(), end, square_mm);
+  if (read.ec != std::errc() || read.ptr != end) {
+    throw std::invalid_argument(fmt::format("{}: told.{}: found \"{}\", expected a length",
+                                            last->step, kBoardSquare, told));
+  }
+  settings.board.square_mm = square_mm;
+  settings.board.validate();
+  settings.board_measured = true;
 }
 
 instrument::TargetData target_data(const RoutineSettings& settings) {

@@ -103,11 +103,8 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
   double squares_about_reading = 0.0;
   double freedom = 0.0;
   double inverse_counts = 0.0;
-  double inverse_rising = 0.0;
   std::vector<double> plays;
-  std::vector<double> offsets;
   double play = 0.0;
-  double offset = 0.0;
   const auto count = static_cast<double>(targets.size());
   for (const TargetArrivals& target : targets) {
     const Arrivals& rising = target.rising.about_reading;
@@ -117,12 +114,8 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
     squares_about_reading += rising.squares + falling.squares;
     freedom += rising.count + falling.count - 2.0;
     inverse_counts += 1.0 / rising.count + 1.0 / falling.count;
-    inverse_rising += 1.0 / rising.count;
     plays.push_back(falling.mean - rising.mean);
-    offsets.push_back(target.rising.about_target.mean);
-    result.backlash_at_targets.push_back(Angle::from_radians(plays.back()));
     play += plays.back() / count;
-    offset += offsets.back() / count;
   }
   const double sigma = std::sqrt(squares_about_target / freedom);
   const double about_reading = std::sqrt(squares_about_reading / freedom);
@@ -132,8 +125,6 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
   const double by_targets = sd_of(plays) / std::sqrt(count);
   constexpr double kDiffers = 1.5;  // of few targets, less is chance
   const double play_sigma = by_targets > kDiffers * by_arrivals ? by_targets : by_arrivals;
-  const double offset_sigma =
-      std::max(sigma * std::sqrt(inverse_rising) / count, sd_of(offsets) / std::sqrt(count));
   constexpr double kNegative = 3.0;
   if (play < -kNegative * std::max(play_sigma, kSameTarget_rad)) {
     throw StepRefused(fmt::format(
@@ -149,7 +140,6 @@ Repeatability fit_repeatability(std::span<const Approach> approaches) {
   result.unidirectional = sd(sigma);
   result.about_reading = sd(about_reading);
   result.bidirectional = Angle::from_radians(std::hypot(sigma, 0.5 * play));
-  result.offset = {Angle::from_radians(offset), Angle::from_radians(offset_sigma)};
   constexpr double kMaxBacklash_deg = 0.1;  // calibration routine, step 3
   constexpr double kMaxSigma_deg = 0.01;
   result.acceptance = {

@@ -112,6 +112,8 @@ void StepResult::validate() const {
   }
   require(inputs.size() == needs.size(), step,
           fmt::format("inputs: found {}, expected {}", inputs.size(), needs.size()));
+  require(!temperature_deg_c || std::isfinite(*temperature_deg_c), step,
+          "temperature_deg_c: expected a finite number");
   for (const auto& [name, value] : told) {
     require(std::find(known->told.begin(), known->told.end(), name) != known->told.end(), step,
             fmt::format("told: does not use \"{}\"", name));
@@ -148,9 +150,6 @@ void CalibrationArchive::validate() const {
   }
   if (!instrument_sha256.empty() && !is_sha256(instrument_sha256)) {
     throw std::invalid_argument("instrument_sha256: expected 64 hexadecimal digits, or nothing");
-  }
-  if (temperature_deg_c && !std::isfinite(*temperature_deg_c)) {
-    throw std::invalid_argument("temperature_deg_c: expected a finite number");
   }
   for (const auto& [device, serial] : serials) {
     if (device.empty() || serial.empty()) {
@@ -278,6 +277,16 @@ std::string told_otherwise(const StepResult& result, const TargetData& now) {
   if (differences.empty()) return {};
   return fmt::format("{} was made with other targets: {}; gonio calibrate takes it again",
                      result.step, differences);
+}
+
+std::string at_another_temperature(const StepResult& result, double now_deg_c) {
+  constexpr double kDarksHold_k = 3.0;
+  if (result.step != "darks" || !result.temperature_deg_c) return {};
+  if (std::abs(now_deg_c - *result.temperature_deg_c) <= kDarksHold_k) return {};
+  return fmt::format(
+      "darks was taken at {:.1f} deg C, now it is {:.1f}, expected within {:g} K; gonio calibrate "
+      "takes it again",
+      *result.temperature_deg_c, now_deg_c, kDarksHold_k);
 }
 
 std::vector<std::string> dates_to_come(const CalibrationArchive& archive, UtcSeconds now) {

@@ -60,17 +60,19 @@ Json result_to_json(const StepResult& result) {
   for (const RawData& raw : result.raw_data) {
     raw_data.push_back({{"file", raw.file}, {"sha256", raw.sha256}});
   }
-  return {{"step", result.step},
-          {"finished_utc_s", seconds(result.finished)},
-          {"valid_until_utc_s", seconds(result.valid_until)},
-          {"inputs", text_map(result.inputs)},
-          {"told", text_map(result.told)},
-          {"parameters", parameters},
-          {"covariance", covariance},
-          {"residuals", residuals},
-          {"checks", checks},
-          {"raw_data", raw_data},
-          {"notes", result.notes}};
+  Json document = {{"step", result.step},
+                   {"finished_utc_s", seconds(result.finished)},
+                   {"valid_until_utc_s", seconds(result.valid_until)},
+                   {"inputs", text_map(result.inputs)},
+                   {"told", text_map(result.told)},
+                   {"parameters", parameters},
+                   {"covariance", covariance},
+                   {"residuals", residuals},
+                   {"checks", checks},
+                   {"raw_data", raw_data},
+                   {"notes", result.notes}};
+  if (result.temperature_deg_c) document["temperature_deg_c"] = *result.temperature_deg_c;
+  return document;
 }
 
 StepResult result_from_json(JsonFields& fields) {
@@ -78,6 +80,9 @@ StepResult result_from_json(JsonFields& fields) {
   result.step = fields.text("step");
   result.finished = time_of(fields, "finished_utc_s");
   result.valid_until = time_of(fields, "valid_until_utc_s");
+  if (fields.has("temperature_deg_c")) {
+    result.temperature_deg_c = fields.number("temperature_deg_c");
+  }
   result.inputs = fields.texts_by_name("inputs");
   // Younger than the format: nothing is known of the targets then.
   if (fields.has("told")) result.told = fields.texts_by_name("told");
@@ -108,10 +113,8 @@ std::string to_json(const CalibrationArchive& archive) {
                    {"white_sha256", archive.white_sha256},
                    {"instrument_sha256", archive.instrument_sha256},
                    {"serials", text_map(archive.serials)},
-                   {"temperature_deg_c", nullptr},
                    {"results", results}};
   if (!archive.redo.empty()) document["redo"] = archive.redo;
-  if (archive.temperature_deg_c) document["temperature_deg_c"] = *archive.temperature_deg_c;
   return document.dump(2) + "\n";
 }
 
@@ -126,13 +129,20 @@ CalibrationArchive calibration_archive_from_json(const std::string& text,
     archive.white_sha256 = fields.text("white_sha256");
     archive.instrument_sha256 = fields.text("instrument_sha256");
     archive.serials = fields.texts_by_name("serials");
-    archive.temperature_deg_c = fields.number_or_null("temperature_deg_c");
+    // Earlier versions had one for all.
+    std::optional<double> temperature_deg_c;
+    if (fields.has("temperature_deg_c")) {
+      temperature_deg_c = fields.number_or_null("temperature_deg_c");
+    }
     if (fields.has("redo")) {
       const std::vector<std::string> redo = fields.texts("redo");
       archive.redo = {redo.begin(), redo.end()};
     }
     fields.each_object(
         "results", [&](JsonFields& each) { archive.results.push_back(result_from_json(each)); });
+    for (StepResult& result : archive.results) {
+      if (!result.temperature_deg_c) result.temperature_deg_c = temperature_deg_c;
+    }
     fields.finish();
     archive.validate();
   } catch (const std::invalid_argument& error) {

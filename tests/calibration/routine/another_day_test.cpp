@@ -11,6 +11,7 @@
 #include <functional>
 
 #include "finished_run.h"
+#include "geometry_uncertainty.h"
 #include "gonio/files/sha256.h"
 #include "hidden_bench.h"
 #include "temporary_folder.h"
@@ -222,10 +223,112 @@ TEST_F(AnotherDay, SquaresOfTheBoardThatWereMeasuredStayTold) {
   const Routine not_said_again = opened(1);
   EXPECT_THAT(not_said_again.notices(), IsEmpty());
   EXPECT_EQ(not_said_again.settings().board.square_mm, 9.75);
+  // Corrected, and interrupted after the first of the two that saw the board.
+  for (instrument::StepResult& result : archive.results) {
+    if (result.step != "intrinsics") continue;
+    result.told["board_square_mm"] = "9.5";
+    result.finished += hours(1);
+    result.valid_until += hours(1);
+  }
+  instrument::write_calibration_archive(folder_.archive(), archive);
+  const Routine goes_on = test::reopened(folder_, day(1) + hours(1));
+  EXPECT_EQ(goes_on.settings().board.square_mm, 9.5);
+  EXPECT_EQ(goes_on.state_of("intrinsics"), StepState::valid);
+  EXPECT_EQ(goes_on.state_of("stage_axes"), StepState::stale);
   for (const char* none : {"wide", "-1", "nan", "9.75 mm", ""}) {
     tell(none);
     EXPECT_THROW(opened(1), std::invalid_argument) << none;
   }
+}
+
+TEST_F(AnotherDay, DarksOfAColderRoomAreTakenAgain) {
+  instrument::CalibrationArchive archive = instrument::read_calibration_archive(folder_.archive());
+  for (instrument::StepResult& result : archive.results) result.temperature_deg_c = 18.0;
+  instrument::write_calibration_archive(folder_.archive(), archive);
+  RoutineSettings settings = test::HiddenBench::settings();
+  settings.temperature_deg_c = 20.0;
+  EXPECT_THAT(test::reopened(folder_, day(1), settings).notices(), IsEmpty());
+  settings.temperature_deg_c = 23.0;
+  const Routine warmer = test::reopened(folder_, day(1), settings);
+  EXPECT_THAT(warmer.notices(),
+              ElementsAre(HasSubstr("darks was taken at 18.0 deg C, now it is 23.0")));
+  // Others took a list of pixels from them, which does not follow the temperature.
+  EXPECT_THAT(instrument::steps_to_take(warmer.archive(), day(1)), ElementsAre("darks"));
+}
+
+TEST_F(AnotherDay, WhatIsSeenAfterAnotherHomingIsSurerOfNothing) {
+  Findings findings = opened(1).findings();
+  const auto scatter = [&](const char* axis) { return homing_scatter(findings, axis).radians(); };
+  namespace stage = geometry::stage_parameter;
+  namespace lamp = geometry::lamp_parameter;
+  const int then = findings.seen_after.at("stage_axes");
+  EXPECT_TRUE(stage_after(findings, then).covariance == findings.stage->covariance);
+  EXPECT_TRUE(lamp_after(findings, then).covariance == findings.lamp_arm->covariance);
+  EXPECT_EQ(one_sigma_rigs_after(findings, then).size(), findings.zeros->one_sigma_rigs.size());
+
+  const Eigen::MatrixXd more_stage =
+      stage_after(findings, then + 1).covariance - findings.stage->covariance;
+  for (const auto& [axis, at] :
+       {std::pair{"azimuth", stage::kAzimuthOffset}, std::pair{"tilt", stage::kTiltOffset}}) {
+    EXPECT_NEAR(more_stage(at, at) / (2.0 * std::pow(scatter(axis), 2)), 1.0, 1e-6) << axis;
+  }
+  const double more_lamp = lamp_after(findings, then + 1).covariance(lamp::kOffset, lamp::kOffset) -
+                           findings.lamp_arm->covariance(lamp::kOffset, lamp::kOffset);
+  EXPECT_NEAR(more_lamp / (2.0 * std::pow(scatter("lamp_arm"), 2)), 1.0, 1e-6);
+  // Each of the three axes by the difference of two homings.
+  const auto rigs = one_sigma_rigs_after(findings, then + 1);
+  ASSERT_EQ(rigs.size(), findings.zeros->one_sigma_rigs.size() + 3);
+  double squares = 0.0;
+  for (std::size_t r = rigs.size() - 3; r < rigs.size(); ++r) {
+    for (const auto chain : {&rig::RigDescription::lamp, &rig::RigDescription::sample}) {
+      for (std::size_t i = 0; i < (rigs[r].rig.*chain).links.size(); ++i) {
+        const Angle moved =
+            (rigs[r].rig.*chain).links[i].offset - (findings.zeros->rig.*chain).links[i].offset;
+        squares += moved.radians() * moved.radians();
+      }
+    }
+  }
+  EXPECT_NEAR(squares / (2.0 * (std::pow(scatter("azimuth"), 2) + std::pow(scatter("tilt"), 2) +
+                                std::pow(scatter("lamp_arm"), 2))),
+              1.0, 1e-6);
+}
+
+TEST_F(AnotherDay, NumbersThatAreNotWhatWasSeenAreWrittenAgain) {
+  const auto number_in_file = [&] {
+    const auto archive = instrument::read_calibration_archive(folder_.archive());
+    return find_result(archive, "lamp_arm")->parameters.at(0).value;
+  };
+  const double found = number_in_file();
+  instrument::CalibrationArchive edited = instrument::read_calibration_archive(folder_.archive());
+  for (instrument::StepResult& result : edited.results) {
+    if (result.step == "lamp_arm") result.parameters.at(0).value = 1e300;
+    if (result.step == "white") result.checks.clear();
+  }
+  instrument::write_calibration_archive(folder_.archive(), edited);
+
+  Folder to_look_at = folder_;
+  to_look_at.read_only = true;
+  const Routine looked = test::reopened(to_look_at, day(1));
+  EXPECT_NEAR(find_result(looked.archive(), "lamp_arm")->parameters.at(0).value, found, 1e-6);
+  EXPECT_EQ(number_in_file(), 1e300) << "somebody else may be at work in the folder";
+
+  const Routine routine = opened(1);
+  EXPECT_FALSE(find_result(routine.archive(), "white")->checks.empty());
+  EXPECT_NEAR(number_in_file(), found, 1e-6);
+  EXPECT_THAT(open_on(1), IsEmpty());
+  expect_constants_of_the_archive(1);
+}
+
+TEST_F(AnotherDay, EveryHomingHasANumberOfItsOwn) {
+  const int first = opened(1).findings().seen_after.at("white");
+  Routine second = opened(1);
+  test::HiddenBench bench(test::another_day());
+  second.take("backlash", bench.devices, {}, {});
+  EXPECT_EQ(second.findings().seen_after.at("backlash"), first + 1);
+  second.take("bad_pixels", bench.devices, {}, {});
+  EXPECT_EQ(second.findings().seen_after.at("bad_pixels"), first + 1) << "homed once a process";
+  second.take("homing", bench.devices, {}, {});
+  EXPECT_EQ(second.findings().seen_after.at("homing"), first + 2);
 }
 
 TEST_F(AnotherDay, ARedoThatIsInterruptedLeavesNothingThatPassesForWhole) {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <fstream>
 
+#include "careless_changer.h"
 #include "gonio/calibration/result/step_refused.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
@@ -18,27 +19,9 @@ namespace gonio::calibration::routine {
 namespace {
 
 using devices::Target;
+using test::CarelessChanger;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-
-/// Puts another target into the holder than it is asked for.
-class CarelessChanger final : public devices::TargetChanger {
- public:
-  CarelessChanger(devices::TargetChanger& real, Target asked, Target given)
-      : real_(real), asked_(asked), given_(given) {}
-  const std::string& name() const override { return real_.name(); }
-  Target mounted() const override { return believed_; }
-  void mount(Target target) override {
-    real_.mount(target == asked_ ? given_ : target);
-    believed_ = target;
-  }
-
- private:
-  devices::TargetChanger& real_;
-  Target asked_;
-  Target given_;
-  Target believed_ = Target::sample;
-};
 
 /// Says that it is lit and is not.
 class DeadLamp final : public devices::LightSource {

@@ -49,8 +49,6 @@ TEST(Repeatability, FindsBacklashAndScatter) {
   EXPECT_NEAR(found.about_reading.value.degrees() / kReading_deg, 1.0, 0.3);
   EXPECT_NEAR(found.unidirectional.value.degrees() / 0.0036, 1.0, 0.3);
   EXPECT_NEAR(found.bidirectional.degrees(), 0.0253, 0.002);  // hypot(0.0036, 0.025)
-  EXPECT_NEAR(found.offset.value.degrees(), 0.02 - 0.025, 0.003);
-  EXPECT_EQ(found.backlash_at_targets.size(), 9U);
   for (const instrument::AcceptanceCheck& acceptance : found.acceptance)
     EXPECT_TRUE(acceptance.passed());
   EXPECT_FALSE(fit_repeatability(approaches(0.15, 0.003, 2)).acceptance[0].passed());

@@ -155,22 +155,5 @@ TEST(FlatDefects, MarksPixelsUnlikeTheirNeighbours) {
   EXPECT_THROW(flat_defects(signal, kSide, 15), std::invalid_argument);
 }
 
-TEST(DarkTemperature, FindsTheDoublingAndPredicts) {
-  const std::vector<DarkTemperaturePoint> points{
-      {20.0, {3.0, 0.03}}, {27.0, {6.0, 0.06}}, {34.0, {12.0, 0.12}}};
-  const DarkTemperature fit = fit_dark_temperature(points, 41.0);
-  EXPECT_NEAR(fit.doubling_k.value, 7.0, 1e-9);
-  EXPECT_NEAR(fit.current_per_s.value, 24.0, 1e-9);
-  // Predicted one step beyond three of 1 % each: sigma 0.01 sqrt(1/3 + 2^2 / 2) of it.
-  EXPECT_NEAR(fit.current_per_s.sigma, 24.0 * 0.01 * std::sqrt(1.0 / 3.0 + 2.0), 1e-9);
-  const auto refused = [](std::vector<DarkTemperaturePoint> bad) {
-    return refusal([&] { fit_dark_temperature(bad, 25.0); });
-  };
-  EXPECT_THAT(refused({}), HasSubstr("0 points"));
-  EXPECT_THAT(refused({points[0], {21.0, {3.1, 0.03}}}), HasSubstr("over 1.0 K"));
-  EXPECT_THAT(refused({points[0], {30.0, {-1.0, 0.03}}}), HasSubstr("above 0"));
-  EXPECT_THAT(refused({points[0], {30.0, {1.0, 0.03}}}), HasSubstr("expected a rise"));
-}
-
 }  // namespace
 }  // namespace gonio::calibration::sensor

@@ -42,9 +42,9 @@ CalibrationArchive whole(UtcSeconds at = kNoon) {
   archive.rig_sha256 = rig_sha256(example_instrument());
   archive.white_sha256 = white_sha256(example_instrument().white);
   archive.serials = {{"camera", "22001122"}};
-  archive.temperature_deg_c = 22.5;
   for (const CalibrationStep& step : calibration_steps()) {
     record(archive, result_of(archive, step.name, at));
+    archive.results.back().temperature_deg_c = 22.5;
   }
   return archive;
 }
@@ -133,6 +133,22 @@ TEST(CalibrationArchive, OtherTargetsAreARefusalOfWhatUsedThem) {
                                           "black_glass_index was not told, now it is 1.6")));
   result.told["black_glass_index"] = "1.5";
   EXPECT_THROW(record(archive, result), std::invalid_argument);
+}
+
+TEST(CalibrationArchive, DarksHoldForTheirTemperature) {
+  const CalibrationArchive archive =
+      calibration_archive_from_json(to_json(whole()), "archive.json");
+  const StepResult& darks = *find_result(archive, "darks");
+  EXPECT_EQ(darks.temperature_deg_c, 22.5);
+  EXPECT_EQ(at_another_temperature(darks, 25.4), "");
+  EXPECT_EQ(at_another_temperature(darks, 19.6), "");
+  EXPECT_THAT(at_another_temperature(darks, 25.6),
+              HasSubstr("darks was taken at 22.5 deg C, now it is 25.6"));
+  EXPECT_THAT(at_another_temperature(darks, 19.4), HasSubstr("now it is 19.4"));
+  EXPECT_EQ(at_another_temperature(*find_result(archive, "white"), 40.0), "");
+  StepResult not_told = darks;
+  not_told.temperature_deg_c.reset();
+  EXPECT_EQ(at_another_temperature(not_told, 40.0), "");
 }
 
 TEST(CalibrationArchive, KnowsBeforehandWhichStepsCannotBeTaken) {

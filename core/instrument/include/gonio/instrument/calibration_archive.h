@@ -37,6 +37,7 @@ struct StepResult {
   std::string step;  ///< name of a CalibrationStep
   UtcSeconds finished{};
   UtcSeconds valid_until{};
+  std::optional<double> temperature_deg_c;    ///< of the room, where it was told
   std::map<std::string, std::string> inputs;  ///< step -> taking_sha256() of the result it used
   /// With what was told of the targets: of CalibrationStep::told what was known then.
   TargetData told;
@@ -63,8 +64,7 @@ struct CalibrationArchive {
   /// missing or stale.
   std::string instrument_sha256;
   std::map<std::string, std::string> serials;  ///< device -> serial number or identity
-  std::optional<double> temperature_deg_c;
-  std::vector<StepResult> results;  ///< at most one of a step
+  std::vector<StepResult> results;             ///< at most one of a step
   /// Steps whose result somebody wants anew, or what it was made with has changed: stale until they
   /// are taken.
   std::set<std::string> redo;
@@ -122,6 +122,11 @@ void require_takeable(const CalibrationArchive& archive, const std::vector<std::
 /// Why a result was made with other targets than `now` says, one line; empty when it was not. What
 /// `now` does not name is not compared.
 std::string told_otherwise(const StepResult& result, const TargetData& now);
+
+/// Why a result does not hold in a room of that temperature, one line; empty: it holds, or what it
+/// found does not follow the temperature, or its own is not known. Dark current doubles every 6 to
+/// 8 K: darks hold within 3 K.
+std::string at_another_temperature(const StepResult& result, double now_deg_c);
 
 /// Of each result that is said to be taken later than now, beyond what clocks differ by, one line:
 /// a date that is wrong says nothing of its age.

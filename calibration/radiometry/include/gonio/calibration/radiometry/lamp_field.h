@@ -16,7 +16,7 @@ struct FieldFit {
   std::array<double, 3> constant{};  ///< C per channel in DN/s mm^2 sr per unit of monitor
   /// Of ln C per channel that was seen (in channel order), c10 c01 c20 c11 c02, v1 v2 v3: of noise,
   /// scaled by the residuals where they are larger than the sigmas said, of what all pixels of a
-  /// view are off by together, and of the geometry.
+  /// pose and of a view are off by together, and of the geometry.
   Eigen::MatrixXd covariance;
   /// Relative sd of field times falloff against their value on the axes; rms over the pixels seen.
   double field_sigma = 0.0;

@@ -52,8 +52,9 @@ Observations read_observations(const instrument::StepResult& result, const Folde
 ///          for a new session. What was made with another white or other targets, or does not pass
 ///          any more, counts as stale, which notices() tells; the file says so once a step is
 ///          taken. Constants that are not the archive's, as a kill between two writes leaves them,
-///          are written again. A step that is refused or stopped leaves folder and findings as they
-///          were. Findings are those of the results that are not stale, no others.
+///          are written again, and so are numbers that are not what the steps saw. A step that is
+///          refused or stopped leaves folder and findings as they were. Findings are those of the
+///          results that are not stale, no others.
 /// Threads  One; a stop request from any thread stops the axes at once.
 class Routine {
  public:
@@ -116,6 +117,7 @@ class Routine {
   int last_homing_ = 0;  ///< the largest Observations::homing of the folder
   std::vector<std::string> notices_;
   bool homed_ = false;
+  bool numbers_changed_ = false;  ///< the file's are not those that its raw data come to
 };
 
 }  // namespace gonio::calibration::routine

@@ -27,7 +27,7 @@ struct RoutineSettings {
   acquisition::SessionOptions session;  ///< retries, time-outs, exposures
   board::BoardSpec board;
   bool board_measured = false;  ///< somebody measured its squares: results keep their size
-  ChartSpec chart;  ///< no patches: there is no chart, the colour matrix stays unity
+  ChartSpec chart;              ///< no patches: there is no chart, the colour matrix stays unity
 
   geometry::MirrorMount mirror;        ///< how the mirror lies where the board lay
   geometry::SampleDatum sample;        ///< how a sample does

@@ -18,13 +18,10 @@ struct Approach {
 };
 
 struct Repeatability {
-  AngleEstimate backlash;                  ///< observed after falling minus after rising approaches
-  AngleEstimate unidirectional;            ///< sd of arrivals from one side about their target
-  AngleEstimate about_reading;             ///< sd of what was observed there about what was read
-  Angle bidirectional;                     ///< hypot(unidirectional, backlash / 2)
-  std::vector<Angle> backlash_at_targets;  ///< ascending in target
-  /// Rising arrivals minus target, mean over the targets: where the axis really stands.
-  AngleEstimate offset;
+  AngleEstimate backlash;        ///< observed after falling minus after rising approaches
+  AngleEstimate unidirectional;  ///< sd of arrivals from one side about their target
+  AngleEstimate about_reading;   ///< sd of what was observed there about what was read
+  Angle bidirectional;           ///< hypot(unidirectional, backlash / 2)
   std::vector<instrument::AcceptanceCheck>
       acceptance;  ///< backlash 0.1 deg, unidirectional 0.01 deg
 };

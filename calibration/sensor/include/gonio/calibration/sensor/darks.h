@@ -69,24 +69,4 @@ Darks fit_darks(std::span<const PixelStack> stacks, const DarkOptions& options);
 std::vector<std::uint8_t> flat_defects(std::span<const double> signal_dn, int width_px,
                                        int height_px, int step = 1);
 
-/// Mean of a stack minus what the darks say for its exposure, per pixel.
-/// Errors   StepRefused: another size.
-std::vector<double> signal_above_dark(const PixelStack& stack, const Darks& darks);
-
-/// Dark current at the temperature `at_celsius`, doubling every `doubling_k`.
-struct DarkTemperature {
-  Estimate doubling_k;
-  Estimate current_per_s;  ///< in the unit of the points
-  double at_celsius = 0.0;
-  double covariance = 0.0;  ///< of the two
-};
-struct DarkTemperaturePoint {
-  double celsius = 0.0;
-  Estimate current_per_s;
-};
-/// Errors   StepRefused: fewer than two temperatures 2 K apart, currents that are not positive, a
-///          current that does not rise with temperature.
-DarkTemperature fit_dark_temperature(std::span<const DarkTemperaturePoint> points,
-                                     double at_celsius);
-
 }  // namespace gonio::calibration::sensor
