@@ -5,7 +5,7 @@
 #   docs/results/calibration.sh OUT_FOLDER [quarter|full]
 #
 # FIRST_SEED and LAST_SEED (1 and 20) choose the worlds. A world takes 40 s at a quarter of the pixels and
-# some minutes at full size. What the steps saw stays in OUT_FOLDER, so that a run is gone on with.
+# five minutes at full size, on two cores. What the steps saw stays in OUT_FOLDER, so that a run is gone on with.
 set -eu
 
 out=$1
