@@ -56,10 +56,31 @@ TEST_F(Calibrate, WorksInAFolderAlone) {
 
 TEST_F(Calibrate, TellsAFolderThatTakesNothingAndOneThatIsNone) {
   folder.write("file", "");
-  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "file", "--yes", "--only", "darks"}, 2).error,
-              HasSubstr("file/raw: cannot make"));
+  std::filesystem::create_directories(folder.path() / "cal");
+  folder.write("cal/raw", "");
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "cal", "--yes", "--only", "darks"}, 2).error,
+              HasSubstr("cal/raw: cannot make"));
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "file", "--yes"}, 2).error,
+              HasSubstr("file is no folder"));
+  EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "file", "--list"}, 2).error,
+              HasSubstr("file is no folder"));
   EXPECT_THAT(run({"calibrate", "rig.toml", "--out", "", "--yes"}, 2).error,
               HasSubstr("names no folder"));
+}
+
+TEST_F(Calibrate, NobodyElseWritesItsFiles) {
+  const std::vector<std::string> own{"cal/calibration.json", "cal/instrument.json",
+                                     "cal/raw/darks-0123456789ab.json"};
+  std::filesystem::create_directories(folder.path() / "cal" / "raw");
+  for (const std::string& file : own) folder.write(file, "kept");
+  for (const std::string& file : own) {
+    EXPECT_THAT(
+        run({"align", "rig.toml", "--seat-sigma", "0.1", "--out", file, "--force"}, 2).error,
+        HasSubstr("is the calibration's in "))
+        << file;
+    EXPECT_EQ(files::read_text_file(folder.path() / file, kEnough), "kept");
+  }
+  run({"align", "rig.toml", "--seat-sigma", "0.1", "--out", "cal/alignment.json"});
 }
 
 TEST_F(Calibrate, SaysWhatIsWrongWithTheCommand) {
