@@ -40,9 +40,12 @@ std::string figures_of(const calibration::routine::AxisRecord& record) {
          chart(
              {record.axis + ": one place after each homing", "homing", "off their mean (mdeg)", ""},
              {homings}, {.with_zero = true}) +
-         chart({record.axis + ": settling after a long move", "time since it said it stands (s)",
-                "off where it rests (mdeg)", ""},
-               {ring}, {.with_zero = true});
+         chart(
+             {record.axis + ": settling after a long move", "time since it said it stands (s)",
+              "off where it rests (mdeg)",
+              "Of an axis that rings the points swing about zero by more than their scatter, less "
+              "and less; the step refuses 2 mdeg."},
+             {ring}, {.with_zero = true});
 }
 
 }  // namespace

@@ -30,7 +30,8 @@ std::string lamp_arm(const CalibrationReportData& data, Facts& facts) {
     down.points.push_back({view->joints[axis].degrees(), off.y()});
   }
   Series circle{{{0.0, 0.0}}, "curve r", fmt::format("rms {:.3g} px", arm.rms_px)};
-  return scatter({"Lamp in the mirror", "dx, to the right (px)", "dy, down (px)", ""},
+  return scatter({"Lamp in the mirror", "dx, to the right (px)", "dy, down (px)",
+                  "A line or an arc is something that the model does not know."},
                  {one, turned, circle}, arm.rms_px) +
          chart({"Axis fit: lamp arm", "lamp arm (deg)", "image off the model (px)",
                 "Residuals that go with the angle are something the model does not know."},
@@ -40,12 +41,12 @@ std::string lamp_arm(const CalibrationReportData& data, Facts& facts) {
 std::string mirror_peaks(const CalibrationReportData& data, Facts& facts) {
   if (!data.findings.zeros) return {};
   const auto& zeros = *data.findings.zeros;
-  facts.emplace_back("Zero of azimuth off by",
+  facts.emplace_back("Azimuth: mirror less board",
                      with_sigma({zeros.azimuth.degrees(),
                                  1e-3 * kMilliDegrees * std::sqrt(zeros.covariance(0, 0))},
                                 "deg"));
   facts.emplace_back(
-      "Zero of tilt off by",
+      "Tilt: mirror less board",
       with_sigma({zeros.tilt.degrees(), 1e-3 * kMilliDegrees * std::sqrt(zeros.covariance(1, 1))},
                  "deg"));
   Series one{{}, "dot g", "mirror as mounted"};
@@ -60,7 +61,9 @@ std::string mirror_peaks(const CalibrationReportData& data, Facts& facts) {
   const double rms =
       std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, zeros.residuals.size())));
   Series circle{{{0.0, 0.0}}, "curve r", fmt::format("rms {:.2g} mdeg", rms)};
-  return scatter({"Mirror peaks: what is left", "slope along x (mdeg)", "slope along y (mdeg)", ""},
+  return scatter({"Mirror peaks: what is left", "slope along x (mdeg)", "slope along y (mdeg)",
+                  "The sigmas are of this look alone; the zeros in the archive have a homing's "
+                  "scatter as well. A line or an arc is something left unexplained."},
                  {one, turned, circle}, rms, false);
 }
 

@@ -51,7 +51,10 @@ std::string photon_transfer(const CalibrationReportData& data, Facts& facts) {
   if (const double limit = two_sigma_percent(data); limit > 0.0) {
     options.levels = {{limit, "two sigmas"}, {-limit, ""}};
   }
-  return chart({"Photon transfer", "signal (DN)", "variance (DN²)", ""}, {fit, left_out, used}) +
+  return chart({"Photon transfer", "signal (DN)", "variance (DN²)",
+                "Points off the line below the blue rings are a response that bends or a lamp that "
+                "flickers."},
+               {fit, left_out, used}) +
          chart({"Photon transfer: residuals", "signal (DN)", "variance off the fit (%)",
                 "A bow says that the response bends, or that frames are not raw."},
                {used_residuals}, options);
@@ -69,8 +72,9 @@ std::string linearity(const CalibrationReportData& data, Facts& facts) {
   facts.emplace_back("Linearity error", fmt::format("{:.3g} %, after the curve {:.2g} %",
                                                     data.findings.linearity->le_percent,
                                                     data.findings.linearity->after_curve_percent));
-  return chart({"Linearity", "signal (DN)", "deviation (%)", ""}, {before, after},
-               {.with_zero = true});
+  return chart({"Linearity", "signal (DN)", "deviation (%)",
+                "Dots that still make a bow are a lamp that drifted."},
+               {before, after}, {.with_zero = true});
 }
 
 /// How many bad pixels lie in each field of a grid: beyond some thousands marks only cover another.

@@ -57,8 +57,8 @@ int board(Context& context, const BoardOptions& options) {
   require_output(options.out, options.force, {});
   files::write_text_file(options.out, board_svg({}), overwrite(options.force));
   context.console.say(
-      fmt::format("{}: print it at 100 %, glue it to something flat, and measure its squares: "
-                  "gonio calibrate --square-mm",
+      fmt::format("{}: print it at 100 %, glue it to something flat, and measure the line "
+                  "under it: an eleventh is what gonio calibrate --square-mm takes",
                   options.out));
   return kSuccess;
 }

@@ -288,7 +288,7 @@ void add_calibrate(const Command& root) {
   command.number("--patch-mm", options->patch_mm, 1.0, 100.0, "Edge of the chart's patches");
   command.number("--gap-mm", options->gap_mm, 0.0, 50.0, "Between the chart's patches");
   command.number("--temperature", options->temperature_deg_c, -40.0, 80.0,
-                 "Of the room, deg C: kept with the calibration");
+                 "Of the room, deg C: kept with what is taken; darks of another are taken again");
   command.flag("--json", options->json, "Print JSON");
   command.on_call(options, calibrate_until_stopped);
 }

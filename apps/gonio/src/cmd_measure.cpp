@@ -223,7 +223,7 @@ void add_measure(const Command& root) {
   command.flag("--json", options->json, "With --dry-run: as JSON");
   command.text("--expect", options->expect,
                "What the sample is like, for the time foreseen: a material file or builtin:NAME");
-  command.text("--calibration", options->calibration, "Instrument constants");
+  command.text("--calibration", options->calibration, "Folder of a calibration, or constants");
   command.text("--alignment", options->alignment, "How the sample lies, from gonio align");
   command.flag("--accept-calibration", options->accept_calibration,
                "Go on with a calibration or alignment that would be refused");
