@@ -103,8 +103,12 @@ TEST(ReportFields, FalloffIsThatOfTheFit) {
   data.findings.fields->vignetting.v1 = -2.0;
   const Figure curve(html(data), "Falloff of the lens");
   ASSERT_THAT(curve.curves("curve r"), SizeIs(1));
-  const auto [first, last] = curve.curves("curve r")[0];
+  ASSERT_THAT(curve.curves("curve b"), SizeIs(1));
+  const auto [first, seen_last] = curve.curves("curve r")[0];
+  const auto [beyond_first, last] = curve.curves("curve b")[0];
   EXPECT_NEAR(first.y, 100.0, 0.1);
+  EXPECT_LT(seen_last.x, last.x);
+  EXPECT_NEAR(beyond_first.x, seen_last.x, 1e-3) << "it goes on where the white ends";
   const double tangent = std::tan(last.x * std::numbers::pi / 180.0);
   EXPECT_NEAR(tangent, 0.5 * std::hypot(612.0, 512.0) / 1381.0, 1e-3);
   EXPECT_NEAR(last.y, 100.0 * (1.0 - 2.0 * tangent * tangent), 0.2);
