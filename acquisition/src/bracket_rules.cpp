@@ -12,10 +12,10 @@ namespace {
 
 /// Below this the black level's own uncertainty (0.05 DN) is no longer small against 1 %.
 constexpr double kLeastSignal_dn = 20.0;
-/// Where the brightest region of the next exposure is aimed.
-constexpr double kAimedFraction = 0.6;
 constexpr double kSafeFraction = 0.95;
 constexpr double kLongestStep = 64.0;
+/// From one exposure to a longer one: less would cost a readout for little.
+constexpr double kLeastStep = 1.5;
 /// A spot with less than three sigmas of signal is a bound, not a value.
 constexpr double kDarkRelativeSigma = 1.0 / 3.0;
 
@@ -32,11 +32,24 @@ double signal_dn(const instrument::SensorModel& sensor, double relative_sigma, d
   return x;
 }
 
+/// Of a spot: a region of the target is larger than what becomes a sub-sample.
+double spot_pixels(const SessionOptions& options, double region_pixels) {
+  const double fraction =
+      std::min(1.0, std::pow(3.0 * options.spot_half_width_mm / options.sample_half_width_mm, 2));
+  return std::max(1.0, fraction * region_pixels);
+}
+
 std::chrono::nanoseconds scaled(std::chrono::nanoseconds exposure, double factor) {
   return std::chrono::nanoseconds(std::llround(static_cast<double>(exposure.count()) * factor));
 }
 
 }  // namespace
+
+double wanted_signal_dn(const instrument::SensorModel& sensor, const SessionOptions& options,
+                        double region_pixels) {
+  return std::max(kLeastSignal_dn,
+                  signal_dn(sensor, options.relative_sigma, spot_pixels(options, region_pixels)));
+}
 
 BracketResult bracket_exposures(
     const instrument::SensorModel& sensor, const SessionOptions& options,
@@ -85,15 +98,8 @@ BracketResult bracket_exposures(
   update_rates(readings, shortest);
   if (longest != shortest) update_rates(longest_readings, longest);
 
-  // A region of the target is larger than the spot that becomes a sub-sample.
-  const double spot_fraction =
-      std::min(1.0, std::pow(3.0 * options.spot_half_width_mm / options.sample_half_width_mm, 2));
-  const auto spot_pixels = [&](const RegionReading& reading) {
-    return std::max(1.0, spot_fraction * reading.pixels);
-  };
   const auto wanted_dn = [&](const RegionReading& reading) {
-    return std::max(kLeastSignal_dn,
-                    signal_dn(sensor, options.relative_sigma, spot_pixels(reading)));
+    return wanted_signal_dn(sensor, options, reading.pixels);
   };
   const auto needed_factor = [&] {
     double factor = 1.0;
@@ -108,15 +114,15 @@ BracketResult bracket_exposures(
   while (longest < longest_allowed && taken < options.max_exposures) {
     const double factor = needed_factor();
     if (factor <= 1.0) break;
-    longest =
-        std::min(longest_allowed, scaled(longest, std::max(options.bracket_ratio, 1.2 * factor)));
+    longest = std::min(longest_allowed, scaled(longest, std::max(kLeastStep, 1.2 * factor)));
     longest_readings = expose_counted(longest);
     update_rates(longest_readings, longest);
   }
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (!rates_dn_per_s[i]) continue;
+    result.brightest_dn_per_s = std::max(result.brightest_dn_per_s, *rates_dn_per_s[i]);
     if (*rates_dn_per_s[i] * exposed_s(longest) <
-        signal_dn(sensor, kDarkRelativeSigma, spot_pixels(readings[i]))) {
+        signal_dn(sensor, kDarkRelativeSigma, spot_pixels(options, readings[i].pixels))) {
       ++result.dark_regions;
     }
     const double found = *rates_dn_per_s[i] * exposed_s(longest);

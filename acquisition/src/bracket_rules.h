@@ -23,9 +23,18 @@ struct BracketResult {
   int dark_regions = 0;       ///< not saturated, but below three sigmas even at the longest
   int short_regions = 0;      ///< not saturated, but short of the wanted precision at the longest
   int regions = 0;
-  double lowest_monitor = 0.0;  ///< of the readings beside its frames; 0 without a monitor
+  double brightest_dn_per_s = 0.0;  ///< mean of the brightest region that is not saturated
+  double lowest_monitor = 0.0;      ///< of the readings beside its frames; 0 without a monitor
   double highest_monitor = 0.0;
 };
+
+/// Of saturation: where the brightest pixel of a first exposure is aimed.
+inline constexpr double kAimedFraction = 0.6;
+
+/// Signal above black, DN, that the mean of a spot in a region of so many pixels needs for the
+/// wanted relative sigma.
+double wanted_signal_dn(const instrument::SensorModel& sensor, const SessionOptions& options,
+                        double region_pixels);
 
 /// Decides which exposures a bracket takes: shorter ones until the brightest region is unsaturated,
 /// longer ones until the dimmest has the wanted precision. A region that stays saturated in the

@@ -47,6 +47,14 @@ bool in_frame(const instrument::CameraModel& camera, const Eigen::Vector2d& pixe
 
 }  // namespace
 
+TargetSquare white_square(const SessionOptions& options) {
+  if (options.white == WhitePlacement::in_frame) {
+    return {options.white_patch_mm, options.white_patch_half_width_mm, 1};
+  }
+  return {Eigen::Vector2d::Zero(),
+          options.white_half_width_mm.value_or(options.sample_half_width_mm), 3};
+}
+
 std::vector<std::vector<ExpectedRegion>> expected_regions(
     const instrument::Instrument& instrument, const rig::RigPose& pose, const TargetSquare& square,
     devices::PixelFormat format, const ExpectedLight& light,

@@ -21,6 +21,9 @@ struct TargetSquare {
   int grid = 3;  ///< grid x grid regions
 };
 
+/// Where the white is looked at.
+TargetSquare white_square(const SessionOptions& options);
+
 /// Per channel of `light` the regions of the target that the camera sees, without looking at every
 /// pixel: a few places of each region stand for it, the slope of the image for its number of
 /// pixels. Empty channels when the camera sees none of it.

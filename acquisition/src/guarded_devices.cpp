@@ -41,31 +41,14 @@ bool may_help_to_retry(devices::DeviceErrc code) {
   return code == devices::DeviceErrc::Timeout || code == devices::DeviceErrc::Protocol;
 }
 
-/// Throws Protocol unless the frame is what was asked for.
-void check_frame(const devices::Frame& frame, const devices::Camera& camera,
-                 std::chrono::nanoseconds exposure, std::optional<std::uint64_t> last_frame_id) {
-  const auto refuse = [&](const std::string& why) {
-    throw devices::DeviceError(devices::DeviceErrc::Protocol, camera.name(), why);
-  };
-  const devices::CameraInfo info = camera.info();
-  const auto pixels =
-      static_cast<std::size_t>(info.width_px) * static_cast<std::size_t>(info.height_px);
-  if (frame.width_px != info.width_px || frame.height_px != info.height_px ||
-      frame.pixel_format != info.pixel_format || frame.pixels_dn.size() != pixels) {
-    refuse(fmt::format("frame {} has another size or format than {} x {} {}", frame.frame_id,
-                       info.width_px, info.height_px, devices::to_string(info.pixel_format)));
-  }
-  const auto difference = std::chrono::abs(frame.exposure - exposure);
-  if (difference > kExposureTolerance && difference * 100 > exposure) {
-    refuse(fmt::format("asked to expose {} ns, the frame says {} ns", exposure.count(),
-                       frame.exposure.count()));
-  }
-  if (last_frame_id && frame.frame_id == *last_frame_id) {
-    refuse(fmt::format("frame id {} came twice", frame.frame_id));
-  }
-}
+/// Between two attempts to find a device that dropped off.
+constexpr std::chrono::nanoseconds kBetweenAttempts = std::chrono::seconds(5);
 
 }  // namespace
+
+bool dropped_off(devices::DeviceErrc code) {
+  return code == devices::DeviceErrc::Disconnected || code == devices::DeviceErrc::NotHomed;
+}
 
 GuardedDevices::GuardedDevices(const DeviceSet& devices, const rig::RigDescription& rig,
                                const SessionOptions& options, Note note, std::stop_token stop)
@@ -282,9 +265,28 @@ void GuardedDevices::stand_still() {
   } catch (const devices::DeviceError& error) {
     // Where the axes stand is not known, so no way from here can be checked.
     make_safe(devices_);
+    if (dropped_off(error.code())) throw;
     throw devices::DeviceError(
         devices::DeviceErrc::Fault, error.device(),
         fmt::format("does not stand still after an error: {}", error.what()));
+  }
+}
+
+void GuardedDevices::come_back() {
+  make_safe(devices_);
+  const auto give_up = now() + kMayBeAway;
+  while (true) {
+    // In steps, so that a request to stop is heard.
+    for (const auto until = now() + kBetweenAttempts; now() < until;) {
+      require_running();
+      devices_.clock->wait_until(std::min(until, now() + std::chrono::seconds(1)));
+    }
+    try {
+      return home_all();
+    } catch (const devices::DeviceError& error) {
+      make_safe(devices_);
+      if (!dropped_off(error.code()) || now() >= give_up) throw;
+    }
   }
 }
 
@@ -302,13 +304,46 @@ void GuardedDevices::mount(devices::Target target) {
   retrying([&] { devices_.changer->mount(target); });
 }
 
+void GuardedDevices::check_frame(const devices::Frame& frame,
+                                 std::chrono::nanoseconds exposure) const {
+  const auto refuse = [&](const std::string& why) {
+    throw devices::DeviceError(devices::DeviceErrc::Protocol, devices_.camera->name(), why);
+  };
+  const devices::CameraInfo info = devices_.camera->info();
+  const auto pixels =
+      static_cast<std::size_t>(info.width_px) * static_cast<std::size_t>(info.height_px);
+  if (frame.width_px != info.width_px || frame.height_px != info.height_px ||
+      frame.pixel_format != info.pixel_format || frame.pixels_dn.size() != pixels) {
+    refuse(fmt::format("frame {} has another size or format than {} x {} {}", frame.frame_id,
+                       info.width_px, info.height_px, devices::to_string(info.pixel_format)));
+  }
+  const auto difference = std::chrono::abs(frame.exposure - exposure);
+  if (difference > kExposureTolerance && difference * 100 > exposure) {
+    refuse(fmt::format("asked to expose {} ns, the frame says {} ns", exposure.count(),
+                       frame.exposure.count()));
+  }
+  if (!last_frame_) return;
+  if (frame.frame_id == last_frame_->frame_id) {
+    refuse(fmt::format("frame id {} came twice", frame.frame_id));
+  }
+  if (frame.gain_db != last_frame_->gain_db ||
+      frame.black_level_dn != last_frame_->black_level_dn ||
+      frame.saturation_level_dn != last_frame_->saturation_level_dn) {
+    refuse(fmt::format(
+        "frame {} has gain {:g} dB, black level {:g} DN and is full at {} DN, those "
+        "before {:g} dB, {:g} DN and {} DN",
+        frame.frame_id, frame.gain_db, frame.black_level_dn, frame.saturation_level_dn,
+        last_frame_->gain_db, last_frame_->black_level_dn, last_frame_->saturation_level_dn));
+  }
+}
+
 devices::Frame GuardedDevices::capture(std::chrono::nanoseconds exposure) {
   devices::Frame frame;
   retrying([&] {
     frame = devices_.camera->capture(exposure);
-    check_frame(frame, *devices_.camera, exposure, last_frame_id_);
+    check_frame(frame, exposure);
   });
-  last_frame_id_ = frame.frame_id;
+  last_frame_ = {frame.frame_id, frame.gain_db, frame.black_level_dn, frame.saturation_level_dn};
   return frame;
 }
 

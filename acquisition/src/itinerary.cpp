@@ -27,10 +27,6 @@ std::string_view to_string(VisitKind kind) {
       return "point";
     case VisitKind::sentinel:
       return "sentinel";
-    case VisitKind::repeat:
-      return "repeat";
-    case VisitKind::reciprocity:
-      return "reciprocity";
     case VisitKind::park:
       return "park";
   }

@@ -11,6 +11,7 @@
 
 #include "gonio/devices/clock.h"
 #include "session_checks.h"
+#include "steering_checks.h"
 #include "white_pose.h"
 
 namespace gonio::acquisition {
@@ -42,6 +43,8 @@ void check_axes(const DeviceSet& devices, const rig::RigDescription& rig) {
   }
 }
 
+}  // namespace
+
 void check_points(const MeasurementPlan& plan, const rig::RigDescription& rig) {
   if (plan.points.empty()) refuse("no direction to measure");
   if (!plan.refused.empty()) {
@@ -55,7 +58,9 @@ void check_points(const MeasurementPlan& plan, const rig::RigDescription& rig) {
   std::set<std::tuple<double, double, double>> seen;
   for (const PlannedPoint& point : plan.points) {
     const auto& d = point.direction;
-    if (!seen.insert({d.theta_h.radians(), d.theta_d.radians(), d.phi_d.radians()}).second) {
+    const bool first =
+        seen.insert({d.theta_h.radians(), d.theta_d.radians(), d.phi_d.radians()}).second;
+    if (!first && !point.again) {
       refuse("direction ({:g}, {:g}, {:g}) deg stands twice in the plan", d.theta_h.degrees(),
              d.theta_d.degrees(), d.phi_d.degrees());
     }
@@ -73,6 +78,8 @@ void check_points(const MeasurementPlan& plan, const rig::RigDescription& rig) {
     }
   }
 }
+
+namespace {
 
 void check_camera(const DeviceSet& devices, const instrument::Instrument& instrument,
                   const SessionOptions& options) {
@@ -239,6 +246,12 @@ void check_exposures(const Forecast& forecast, const SessionOptions& options,
   }
 }
 
+void set_dwells(const Forecast& forecast, Itinerary& itinerary) {
+  for (PlannedVisit& visit : itinerary.visits) {
+    if (visit.point) visit.dwell_s = forecast.points[*visit.point].measuring_s.expected;
+  }
+}
+
 }  // namespace
 
 std::string_view to_string(CheckResult result) {
@@ -317,10 +330,17 @@ Preflight preflight(const DeviceSet& devices, const instrument::Instrument& inst
   });
   if (!points_ok || !white_ok) return result;
   const rig::TravelModel travel(instrument.rig);
+  const auto foreseen = [&](const Itinerary& itinerary) {
+    return forecast_session(instrument, itinerary, plan, options, devices.camera->info(),
+                            expectation->light, expectation->sample, expectation->times);
+  };
   Itinerary itinerary;
   const bool way_ok = checks.run("path", [&] {
-    itinerary = with_session_checks(travel, session_itinerary(travel, plan, white), plan, options,
-                                    tells_home_delta(devices));
+    itinerary = session_itinerary(travel, plan, white);
+    // By the clock checks stand where they will be due by the best that is known of the points.
+    if (expectation != nullptr) set_dwells(foreseen(itinerary), itinerary);
+    itinerary = with_session_checks(travel, itinerary, options,
+                                    SessionChecks::of(plan, options, tells_home_delta(devices)));
     result.axes = axis_use(instrument.rig, itinerary);
     return path_text(result.axes);
   });
@@ -328,12 +348,7 @@ Preflight preflight(const DeviceSet& devices, const instrument::Instrument& inst
   check_turns(instrument.rig, checks);
   check_approach(instrument.rig, checks);
   if (expectation != nullptr && !result.refusal()) {
-    result.forecast = forecast_session(instrument, itinerary, plan, options, devices.camera->info(),
-                                       expectation->light, expectation->sample, expectation->times);
-    // Where the time of points is known, a drift's share is that of the session as it will be.
-    for (PlannedVisit& visit : itinerary.visits) {
-      if (visit.point) visit.dwell_s = result.forecast->points[*visit.point].measuring_s.expected;
-    }
+    result.forecast = foreseen(itinerary);
     check_exposures(*result.forecast, options, expectation->sample.source, checks);
   }
   result.drift = drift_aliasing(itinerary, plan);
@@ -342,10 +357,12 @@ Preflight preflight(const DeviceSet& devices, const instrument::Instrument& inst
   return result;
 }
 
-void check_before_motion(const DeviceSet& devices, const instrument::Instrument& instrument,
-                         const MeasurementPlan& plan, const SessionOptions& options) {
-  const Preflight found = preflight(devices, instrument, plan, options);
+Itinerary checked_itinerary(const DeviceSet& devices, const instrument::Instrument& instrument,
+                            const MeasurementPlan& plan, const SessionOptions& options,
+                            const Expectation* expectation) {
+  Preflight found = preflight(devices, instrument, plan, options, expectation);
   if (const Check* refusal = found.refusal()) throw PreflightError(refusal->text);
+  return std::move(*found.itinerary);
 }
 
 }  // namespace gonio::acquisition

@@ -12,6 +12,7 @@
 #include "gonio/errors/errors.h"
 #include "gonio/instrument/measurement_equation.h"
 #include "merged_frames.h"
+#include "pair_agreement.h"
 #include "white_level.h"
 
 namespace gonio::acquisition {
@@ -346,6 +347,11 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           fmt::format("point {}: {} of {} sub-samples saturated or out of view, left out", index,
                       dropped, options.grid * options.grid));
     }
+  }
+  reduction.pairs =
+      pair_agreements(archive, reduction.samples, options.grid, instrument.u_lamp_relative);
+  for (const PairAgreement& pair : reduction.pairs) {
+    if (!pair.agrees()) reduction.warnings.push_back(disagreement_text(pair));
   }
   if (reduction.samples.samples.empty()) {
     throw DataFormatError(place, "sample frames", "found no usable point, expected at least one");

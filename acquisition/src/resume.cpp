@@ -66,9 +66,18 @@ ResumeState resume_state(const SessionReader& archive) {
   if (!sentinels.empty()) state.sentinel = sentinels.front().reading;
   // A part is told by its times: nothing of the part before may have the time at which it begins.
   state.may_begin_at = latest + std::chrono::nanoseconds(1);
+  state.decisions = decisions(archive);
+  std::set<int> replaced;
+  for (const LoggedDecision& logged : state.decisions) {
+    for (const AddedPoint& added : logged.decision.added) {
+      if (added.replaces) replaced.insert(*added.replaces);
+    }
+  }
   const std::set<int> damaged = points_with_lost_frames(archive);
   for (const auto& [index, point] : last) {
-    if (point->outcome == PointOutcome::Failed) {
+    if (point->outcome == PointOutcome::Failed && replaced.contains(index)) {
+      state.done[index] = point->outcome;
+    } else if (point->outcome == PointOutcome::Failed) {
       state.again.push_back(fmt::format("point {} had failed", index));
     } else if (damaged.contains(index) || !with_frames.contains(index)) {
       state.again.push_back(fmt::format("point {} has lost frames", index));
@@ -88,6 +97,13 @@ SessionPart part_to_resume(const ResumeState& state) {
   part.last_joints = state.last_joints;
   part.unchecked = state.unchecked;
   part.sentinel = state.sentinel;
+  for (const LoggedDecision& logged : state.decisions) {
+    for (const AddedPoint& added : logged.decision.added) {
+      if (added.replaces) part.replaced.insert(*added.replaces);
+    }
+    part.dropped.insert(logged.decision.dropped.begin(), logged.decision.dropped.end());
+    part.enough = part.enough || logged.decision.kind == Decision::Kind::enough;
+  }
   return part;
 }
 

@@ -340,6 +340,18 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
   each_intact("finished", [&](RowFields&, const Journal::Row&) { finished_ = true; });
 }
 
+SessionReader SessionReader::before_note(std::size_t index) const {
+  const std::chrono::nanoseconds at = notes_.at(index).at;
+  SessionReader earlier = *this;
+  earlier.notes_.resize(index);
+  std::erase_if(earlier.frames_, [&](const FrameRecord& frame) {
+    return frame.exposure_start + frame.exposure > at;
+  });
+  std::erase_if(earlier.points_, [&](const PointRecord& point) { return point.finished_at > at; });
+  earlier.finished_ = false;
+  return earlier;
+}
+
 std::pair<int, int> SessionReader::frame_size(const FrameRecord& record) const {
   const devices::Frame& shape = shapes_.at(record.id);
   return {shape.width_px, shape.height_px};

@@ -53,6 +53,10 @@ void TrustChecks::compare_with_last_part(const Distrust& distrust) {
   note_deltas(part_.last_joints, true, distrust);
 }
 
+void TrustChecks::compare_after_loss(const rig::Joints& believed, const Distrust& distrust) {
+  if (believed.size() == devices_.devices().stages.size()) note_deltas(believed, true, distrust);
+}
+
 void TrustChecks::check(const Distrust& distrust) {
   if (tells_home_delta_) check_home(distrust);
   if (sentinel_on_) visit_sentinel(distrust);
@@ -99,7 +103,7 @@ void TrustChecks::note_deltas(const rig::Joints& believed, bool after_outage,
 
 void TrustChecks::visit_sentinel(const Distrust& distrust) {
   if (!sentinel_on_) return;
-  const std::optional<SentinelReading> reading = read_sentinel();
+  const std::optional<SentinelReading> reading = read_sentinel(distrust);
   if (!reading) {
     sentinel_on_ = false;
     archive_.note(devices_.now(), "warning",
@@ -111,7 +115,7 @@ void TrustChecks::visit_sentinel(const Distrust& distrust) {
   last_ = SentinelVisit{devices_.now(), *reading};
 }
 
-std::optional<SentinelReading> TrustChecks::read_sentinel() {
+std::optional<SentinelReading> TrustChecks::read_sentinel(const Distrust& distrust) {
   devices_.move_to(pose_);
   // The pixels of the pose itself: those of what was read back would differ at the edges.
   const Regions regions = regions_of(instrument_, rig::forward(instrument_.rig, pose_),
@@ -136,9 +140,10 @@ std::optional<SentinelReading> TrustChecks::read_sentinel() {
     // A sentinel that went dark is no reading to go on with: the lamp is off without a monitor, or
     // something stands in the light.
     if (level.level_dn_per_s > 0.0) continue;
-    throw devices::DeviceError(
-        devices::DeviceErrc::Fault, devices_.devices().light->name(),
-        fmt::format("the sentinel is dark in channel {}: is the lamp on?", channel));
+    const std::string why =
+        fmt::format("the sentinel is dark in channel {}: is the lamp on?", channel);
+    if (distrust) distrust(why);
+    throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(), why);
   }
   return reading;
 }

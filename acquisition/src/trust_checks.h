@@ -42,6 +42,8 @@ class TrustChecks {
 
   /// After the homing at the start: against where the part before left the axes.
   void compare_with_last_part(const Distrust& distrust);
+  /// After the homing that followed a device's absence: against where the axes were read last.
+  void compare_after_loss(const rig::Joints& believed, const Distrust& distrust);
   /// To the sentinel; the first reading of a session becomes what others are compared with.
   void visit_sentinel(const Distrust& distrust);
   /// Home marks and sentinel.
@@ -63,7 +65,7 @@ class TrustChecks {
  private:
   void check_home(const Distrust& distrust);
   void note_deltas(const rig::Joints& believed, bool after_outage, const Distrust& distrust);
-  std::optional<SentinelReading> read_sentinel();
+  std::optional<SentinelReading> read_sentinel(const Distrust& distrust);
   SentinelLevel read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
                              const std::vector<std::size_t>& pixels);
   void compare_sentinel(const SentinelReading& reading, const Distrust& distrust);

@@ -23,11 +23,18 @@ struct Visit {
 };
 
 std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& parts) {
+  std::vector<std::chrono::nanoseconds> again;  // from when on a visit was taken again
+  for (const SessionNote& note : archive.notes()) {
+    if (note.kind == kWhiteAgainNote) again.push_back(note.at);
+  }
+  auto next_again = again.begin();
   std::vector<Visit> visits;
   bool open = false;
   std::size_t part = 0;
   for (const FrameRecord& record : archive.frames()) {
-    if (parts.of(record) != part) {
+    const bool began_again = next_again != again.end() && record.exposure_start >= *next_again;
+    while (next_again != again.end() && record.exposure_start >= *next_again) ++next_again;
+    if (parts.of(record) != part || began_again) {
       // The lamp-off frame comes last.
       if (open && !visits.back().lamp_off) visits.pop_back();
       open = false;
@@ -97,6 +104,9 @@ std::vector<WhiteLevel::Sentinel> telling_sentinels(const SessionReader& archive
   std::erase_if(sentinels, [&](const auto& each) { return !telling.contains(each.part); });
   return sentinels;
 }
+
+/// Of its own noise that a white must have at least; a usual one has thousands.
+constexpr double kWhiteSigmas = 20.0;
 
 struct Sums {
   double signal = 0.0;
@@ -241,13 +251,20 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
     for (int colour = 0; colour < 3; ++colour) {
       const Sums& sum = sums[static_cast<std::size_t>(colour)];
       const ChannelSignal& signal = signals[colours.channel_of(colour)];
-      usable = usable && sum.expected > 0.0 && sum.signal > 0.0 &&
+      // A level that is not told from noise is none.
+      usable = usable && sum.expected > 0.0 &&
+               sum.signal > kWhiteSigmas * std::sqrt(sum.variance) &&
                sum.bad <= kMaxBadFraction * (sum.used + sum.bad);
       found.constant[colour] = sum.signal / (sum.expected * signal.monitor);
       found.relative_sigma[colour] = std::sqrt(sum.variance) / sum.signal;
       found.time_s += signal.time_s / 3.0;
     }
-    if (usable) level.visits.push_back(found);
+    if (usable) {
+      level.visits.push_back(found);
+    } else {
+      level.warnings.push_back(
+          fmt::format("white at {:.0f} s: dark or saturated, left out", signals.front().time_s));
+    }
   }
   if (level.visits.empty()) {
     throw DataFormatError(place, "white frames",

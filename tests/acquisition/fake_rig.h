@@ -126,6 +126,7 @@ class FakeCamera final : public devices::Camera {
     frame.height_px = 32;
     frame.saturation_level_dn = saturation_level_dn;
     frame.black_level_dn = 64.0;
+    if (gain_db_of_frame) frame.gain_db = gain_db_of_frame(next_id_ + 1);
     frame.exposure = exposure + exposure_error;
     frame.exposure_start = clock_.now();
     clock_.pass(exposure);
@@ -133,7 +134,8 @@ class FakeCamera final : public devices::Camera {
     frame.frame_id = next_id_;
     const auto level = [&](double lit) {
       const double rate = light_.lit.empty() ? 0.0 : lit;
-      const double dn = 64.0 + rate * std::chrono::duration<double>(exposure).count();
+      const double dark_dn = bright_behind_the_shutter ? full_dn : 64.0;
+      const double dn = dark_dn + rate * std::chrono::duration<double>(exposure).count();
       return static_cast<std::uint16_t>(std::min(dn, full_dn));
     };
     frame.pixels_dn.assign(32 * 32, level(lit_dn_per_s));
@@ -154,6 +156,8 @@ class FakeCamera final : public devices::Camera {
   double full_dn = 4095.0;                    ///< what its pixels do
   std::chrono::nanoseconds exposure_error{0};
   bool repeat_frame_id = false;
+  bool bright_behind_the_shutter = false;
+  std::function<double(std::uint64_t)> gain_db_of_frame;  ///< by its id; none: 0
   std::function<void()> on_capture;
   std::vector<std::chrono::nanoseconds> exposures;
 

@@ -58,6 +58,12 @@ class ItineraryOf : public testing::Test {
     EXPECT_NEAR(itinerary.travel_s, sum, kRounding_s);
   }
 
+  PeriodicCheck sentinel_at(std::size_t point) const {
+    PeriodicCheck check;
+    check.stops = {{VisitKind::sentinel, std::nullopt, plan_.points[point].pose, {}, 0.0, 0.0}};
+    return check;
+  }
+
   static constexpr double kDwell_s = 2.0;
   rig::RigDescription rig_ = rig::la2();
   rig::TravelModel travel_{rig_};
@@ -97,8 +103,7 @@ TEST_F(ItineraryOf, NamesTheStopThatKeepOutsBar) {
 
 TEST_F(ItineraryOf, PutsASentinelAtMostEveryFivePointsWhereItCostsLeast) {
   plan_of(12, 2);
-  PeriodicCheck check;
-  check.pose = plan_.points[4].pose;
+  PeriodicCheck check = sentinel_at(4);
   check.every_points = 5;
   const Itinerary with = with_periodic_check(travel_, itinerary_, check);
   expect_consistent(with);
@@ -113,8 +118,9 @@ TEST_F(ItineraryOf, PutsASentinelAtMostEveryFivePointsWhereItCostsLeast) {
   for (std::size_t i = 0; i + 1 < plan_.points.size(); ++i) {
     const rig::Joints& from = itinerary_.visits[3 + i].pose.joints;
     const rig::Joints& to = itinerary_.visits[4 + i].pose.joints;
-    detours.push_back(travel_.seconds(from, check.pose.joints) +
-                      travel_.seconds(check.pose.joints, to) - travel_.seconds(from, to));
+    const rig::Joints& by = check.stops.front().pose.joints;
+    detours.push_back(travel_.seconds(from, by) + travel_.seconds(by, to) -
+                      travel_.seconds(from, to));
   }
   double best = HUGE_VAL;
   for (unsigned places = 0; places < 1U << detours.size(); ++places) {
@@ -134,8 +140,7 @@ TEST_F(ItineraryOf, PutsASentinelAtMostEveryFivePointsWhereItCostsLeast) {
 
 TEST_F(ItineraryOf, PutsASentinelAtMostEverySoManySeconds) {
   plan_of(30, 3);
-  PeriodicCheck check;
-  check.pose = plan_.points[0].pose;
+  PeriodicCheck check = sentinel_at(0);
   check.every_s = 20.0;
   const Itinerary with = with_periodic_check(travel_, itinerary_, check);
   EXPECT_GT(count(with, VisitKind::sentinel), 2);
@@ -156,9 +161,7 @@ TEST_F(ItineraryOf, PutsASentinelAtMostEverySoManySeconds) {
 TEST_F(ItineraryOf, TakesNoMoreChecksThanItHasTo) {
   plan_of(12, 2);
   PeriodicCheck check;
-  check.kind = VisitKind::white;
-  check.pose = {white_joints(rig_)};
-  check.dwell_s = 45.0;
+  check.stops = {{VisitKind::white, std::nullopt, {white_joints(rig_)}, {}, 0.0, 45.0}};
   check.every_points = 6;
   const Itinerary with = with_periodic_check(travel_, itinerary_, check);
   EXPECT_EQ(count(with, VisitKind::white), 3) << "opening, one between, closing";
@@ -166,25 +169,85 @@ TEST_F(ItineraryOf, TakesNoMoreChecksThanItHasTo) {
   EXPECT_THROW(with_periodic_check(travel_, itinerary_, check), std::invalid_argument);
 }
 
+TEST_F(ItineraryOf, GoesToAllStopsOfACheckAndChoosesByAllTheirWays) {
+  plan_of(12, 2);
+  PeriodicCheck check = sentinel_at(4);
+  check.stops.insert(check.stops.begin(),
+                     {VisitKind::home, std::nullopt, {rig_.home()}, {}, 0.0, 1.0});
+  check.every_points = 6;
+  const Itinerary with = with_periodic_check(travel_, itinerary_, check);
+  expect_consistent(with);
+  EXPECT_EQ(count(with, VisitKind::sentinel), 1);
+  EXPECT_EQ(count(with, VisitKind::home), 2) << "at the start, and with the sentinel";
+  // Six points before and six after are the only place.
+  EXPECT_EQ(with.visits[3 + 6].kind, VisitKind::home);
+  EXPECT_EQ(with.visits[3 + 7].kind, VisitKind::sentinel);
+}
+
+TEST_F(ItineraryOf, ASessionChecksAtItsEndsAndWhereItCostsLeastBetweenThem) {
+  plan_of(50, 7);
+  SessionOptions options;
+  options.sentinel_every = 20;
+  options.white_interval = std::chrono::seconds(120);
+  const SessionChecks checks = SessionChecks::of(plan_, options, true);
+  EXPECT_TRUE(checks.home && checks.sentinel && checks.white);
+  const Itinerary with = with_session_checks(travel_, itinerary_, options, checks);
+  expect_consistent(with);
+  EXPECT_EQ(with.visits[3].kind, VisitKind::sentinel) << "behind the opening white";
+  const std::vector<VisitKind> all = kinds(with);
+  EXPECT_THAT(std::vector(all.end() - 4, all.end()),
+              ElementsAre(VisitKind::home, VisitKind::sentinel, VisitKind::white, VisitKind::park));
+  EXPECT_EQ(count(with, VisitKind::sentinel), 4) << "first, two between, last";
+  EXPECT_EQ(count(with, VisitKind::home), 4);
+  EXPECT_GE(count(with, VisitKind::white), 3);
+  // Not dearer than after every 20 points, as if the way did not matter.
+  double rigid_s = 0.0;
+  for (const std::size_t place : {19U, 39U}) {
+    const rig::Joints& from = plan_.points[place].pose.joints;
+    const rig::Joints& to = plan_.points[place + 1].pose.joints;
+    rigid_s += travel_.seconds(from, rig_.home()) +
+               travel_.seconds(rig_.home(), white_joints(rig_)) +
+               travel_.seconds(white_joints(rig_), to) - travel_.seconds(from, to);
+  }
+  options.white_interval = {};
+  const SessionChecks no_whites = SessionChecks::of(plan_, options, true);
+  EXPECT_FALSE(no_whites.white);
+  const double cheapest_s = with_session_checks(travel_, itinerary_, options, no_whites).travel_s;
+  options.sentinel_every = 50;  // at the ends alone
+  SessionChecks ends = no_whites;
+  const double ends_s = with_session_checks(travel_, itinerary_, options, ends).travel_s;
+  EXPECT_LT(cheapest_s - ends_s, rigid_s);
+}
+
 TEST_F(ItineraryOf, SpreadsRepeatPairsOverTheSession) {
   plan_of(40, 4);
   PairOptions options;
   options.repeats = 4;
-  const Itinerary with = with_pairs(travel_, itinerary_, inverse_, plan_, options);
-  expect_consistent(with);
-  EXPECT_EQ(count(with, VisitKind::repeat), 4);
-  std::map<std::size_t, std::size_t> order;  // of the first halves
-  std::size_t points = 0;
+  const MeasurementPlan with = with_pairs(inverse_, plan_, options);
+  ASSERT_EQ(with.points.size(), 44U);
+  std::vector<const PlannedPoint*> firsts;
   std::vector<int> quarters(4, 0);
-  for (const PlannedVisit& visit : with.visits) {
-    if (visit.kind == VisitKind::point) order[*visit.point] = points++;
-    if (visit.kind != VisitKind::repeat) continue;
-    ASSERT_TRUE(order.contains(*visit.point));
-    EXPECT_GE(points, order[*visit.point] + 20) << "half of the session apart";
-    EXPECT_EQ(visit.pose.joints, plan_.points[*visit.point].pose.joints);
-    ++quarters[order[*visit.point] / 5];
+  for (const PlannedPoint& point : with.points) {
+    if (!point.again) {
+      firsts.push_back(&point);
+      continue;
+    }
+    const auto first = std::find_if(firsts.begin(), firsts.end(), [&](const PlannedPoint* each) {
+      return each->pose.joints == point.pose.joints;
+    });
+    ASSERT_NE(first, firsts.end());
+    const std::ptrdiff_t order = first - firsts.begin();
+    EXPECT_GE(static_cast<std::ptrdiff_t>(firsts.size()), order + 20)
+        << "half of the session apart";
+    ++quarters.at(static_cast<std::size_t>(order) / 5);
   }
   EXPECT_THAT(quarters, ElementsAre(1, 1, 1, 1)) << "of the first half";
+  const Itinerary tour = session_itinerary(travel_, with, white_joints(rig_));
+  expect_consistent(tour);
+  EXPECT_NEAR(with.travel_s - plan_.travel_s, tour.travel_s - itinerary_.travel_s, 1e-6);
+  double points_s = 0.0;
+  for (const PlannedPoint& point : with.points) points_s += point.predicted_s;
+  EXPECT_NEAR(with.duration_s, points_s, 1e-6);
   // Against any point at any later place.
   double sum = 0.0;
   int places = 0;
@@ -196,27 +259,32 @@ TEST_F(ItineraryOf, SpreadsRepeatPairsOverTheSession) {
       sum += travel_.seconds(from, by) + travel_.seconds(by, to) - travel_.seconds(from, to);
     }
   }
-  EXPECT_LT((with.travel_s - itinerary_.travel_s) / 4.0, 0.6 * sum / places);
+  EXPECT_LT((tour.travel_s - itinerary_.travel_s) / 4.0, 0.6 * sum / places);
 }
 
 TEST_F(ItineraryOf, MeasuresReciprocalPairsWithLightAndCameraExchanged) {
   plan_of(40, 5);
   PairOptions options;
   options.reciprocals = 3;
-  const Itinerary with = with_pairs(travel_, itinerary_, inverse_, plan_, options);
-  expect_consistent(with);
-  EXPECT_GE(count(with, VisitKind::reciprocity), 1);
-  EXPECT_LE(count(with, VisitKind::reciprocity), 3);
-  for (const PlannedVisit& visit : with.visits) {
-    if (visit.kind != VisitKind::reciprocity) continue;
+  const MeasurementPlan with = with_pairs(inverse_, plan_, options);
+  EXPECT_GE(with.points.size(), 41U);
+  EXPECT_LE(with.points.size(), 43U);
+  for (const PlannedPoint& point : with.points) {
+    if (!point.again) continue;
+    const auto first =
+        std::find_if(plan_.points.begin(), plan_.points.end(), [&](const PlannedPoint& each) {
+          return each.direction.theta_h == point.direction.theta_h &&
+                 each.direction.phi_d == point.direction.phi_d;
+        });
+    ASSERT_NE(first, plan_.points.end());
     const auto directions = [&](const rig::PoseSolution& pose) {
       return rig::forward(rig_, pose.joints).directions_at(Eigen::Vector3d::Zero());
     };
-    const brdf::DirectionPair first = directions(plan_.points[*visit.point].pose);
-    const brdf::DirectionPair second = directions(visit.pose);
-    EXPECT_NEAR(first.wi.z(), second.wo.z(), 1e-9);
-    EXPECT_NEAR(first.wo.z(), second.wi.z(), 1e-9);
-    EXPECT_NEAR(first.wi.dot(first.wo), second.wi.dot(second.wo), 1e-9);
+    const brdf::DirectionPair before = directions(first->pose);
+    const brdf::DirectionPair after = directions(point.pose);
+    EXPECT_NEAR(before.wi.z(), after.wo.z(), 1e-9);
+    EXPECT_NEAR(before.wo.z(), after.wi.z(), 1e-9);
+    EXPECT_NEAR(before.wi.dot(before.wo), after.wi.dot(after.wo), 1e-9);
   }
 }
 

@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "fake_rig.h"
+#include "gonio/acquisition/guarded_devices.h"
+#include "gonio/acquisition/preflight.h"
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/rig/paths.h"
 #include "temporary_folder.h"
 
@@ -113,8 +118,17 @@ TEST_F(Session, LengthensTheExposureUntilTheSpotIsPreciseEnough) {
   EXPECT_LE(longest, options_.max_exposure);
 }
 
-TEST_F(Session, CallsAPointSaturatedWhenEvenTheShortestExposureIsFull) {
+TEST_F(Session, EndsWhenTheWhiteSaturatesInEveryExposure) {
   rig_.camera.lit_dn_per_s = 1e9;
+  EXPECT_THROW(run(), devices::DeviceError);
+  EXPECT_TRUE(SessionReader(folder_).points().empty());
+  expect_safe();
+}
+
+TEST_F(Session, CallsAPointSaturatedWhenEvenTheShortestExposureIsFull) {
+  rig_.camera.on_capture = [&] {
+    rig_.camera.lit_dn_per_s = rig_.changer.mounted() == devices::Target::sample ? 1e9 : 50000.0;
+  };
   const SessionResult result = run();
   EXPECT_EQ(result.measured, 0);
   EXPECT_FALSE(result.complete);
@@ -309,6 +323,34 @@ TEST_F(Session, LeavesOutThePointsThatAreDone) {
   EXPECT_THAT(frames(FrameKind::white), testing::Not(testing::IsEmpty())) << "and whites";
 }
 
+TEST_F(Session, GoesWhereItsItinerarySays) {
+  directions_.clear();
+  for (int i = 0; i < 11; ++i) directions_.push_back({4.0 + 3.0 * i, 20.0 + 2.0 * i, 15.0 * i});
+  options_.sentinel_every = 4;
+  options_.white_interval = std::chrono::seconds(6);  // points are foreseen to take one each
+  const Preflight foreseen =
+      preflight(rig_.devices(), rig_.known, rig_.plan(directions_), options_);
+  ASSERT_TRUE(foreseen.itinerary);
+  std::vector<std::pair<FrameKind, int>> wanted;
+  for (const PlannedVisit& visit : foreseen.itinerary->visits) {
+    if (visit.kind == VisitKind::white) wanted.push_back({FrameKind::white, -1});
+    if (visit.kind == VisitKind::sentinel) wanted.push_back({FrameKind::sentinel, -1});
+    if (visit.point) wanted.push_back({FrameKind::sample, static_cast<int>(*visit.point)});
+  }
+  EXPECT_GE(std::count(wanted.begin(), wanted.end(), std::pair{FrameKind::white, -1}), 3);
+  EXPECT_GE(std::count(wanted.begin(), wanted.end(), std::pair{FrameKind::sentinel, -1}), 4);
+
+  EXPECT_TRUE(run().complete);
+  std::vector<std::pair<FrameKind, int>> done;
+  const SessionReader archive(folder_);
+  for (const FrameRecord& frame : archive.frames()) {
+    if (frame.kind == FrameKind::dark || frame.kind == FrameKind::lamp_off) continue;
+    const std::pair here{frame.kind, frame.point};
+    if (done.empty() || done.back() != here) done.push_back(here);
+  }
+  EXPECT_EQ(done, wanted);
+}
+
 TEST_F(Session, IsNotCompleteWithAPointThatWasSaturatedBefore) {
   SessionPart part;
   part.done[0] = PointOutcome::Saturated;
@@ -392,6 +434,106 @@ TEST_F(Session, RejectsAFrameWhoseExposureIsNotTheOneAskedFor) {
   }
   expect_safe();
   EXPECT_TRUE(SessionReader(folder_).frames().empty());
+}
+
+TEST_F(Session, RejectsAFrameOfAnotherGain) {
+  rig_.camera.gain_db_of_frame = [](std::uint64_t id) { return id == 3 ? 6.0 : 0.0; };
+  EXPECT_TRUE(run().complete);
+  const SessionReader archive(folder_);
+  const auto retry = std::find_if(archive.notes().begin(), archive.notes().end(),
+                                  [](const SessionNote& note) { return note.kind == "retry"; });
+  ASSERT_NE(retry, archive.notes().end());
+  EXPECT_THAT(retry->text, HasSubstr("gain 6 dB"));
+}
+
+TEST_F(Session, MeasuresAPointAgainInTheEndAtWhichADeviceFailed) {
+  int failures = 3;  // the first try and both retries
+  rig_.stages[2]->on_move = [&](FakeStage& stage) {
+    if (stage.moves >= 1 && failures-- > 0) {
+      throw devices::DeviceError(devices::DeviceErrc::Timeout, stage.name(), "not in position");
+    }
+  };
+  const SessionResult result = run();
+  ASSERT_EQ(result.points.size(), 3U);
+  EXPECT_EQ(result.points.back().point, 0) << "after the others";
+  EXPECT_EQ(result.points.back().outcome, PointOutcome::Measured);
+  EXPECT_TRUE(result.complete);
+}
+
+TEST_F(Session, IsNotFinishedWithAPointAtWhichADeviceFailsAgain) {
+  directions_ = {{3.0, 12.0, 28.0}, {15.0, 30.0, 130.0}, {20.0, 20.0, 60.0}};
+  const MeasurementPlan plan = rig_.plan(directions_);
+  const Angle of_the_first = plan.points.front().pose.joints[2];
+  rig_.stages[2]->moved = [&](const FakeStage&, Angle target) {
+    rig_.stages[2]->reading_error = target == of_the_first ? Angle::from_degrees(0.3) : Angle();
+  };
+  const SessionResult result = run();
+  EXPECT_FALSE(result.finished);
+  EXPECT_THAT(result.failed, testing::ElementsAre(0));
+  EXPECT_EQ(result.measured, 2);
+  const SessionReader archive(folder_);
+  EXPECT_FALSE(archive.finished());
+  EXPECT_EQ(archive.notes().back().text, "points 0: to be measured again");
+  expect_safe();
+}
+
+TEST_F(Session, EndsAfterFiveFailuresInARow) {
+  directions_ = {{3.0, 12.0, 28.0}, {15.0, 30.0, 130.0}, {20.0, 20.0, 60.0},
+                 {5.0, 20.0, 40.0}, {10.0, 25.0, 90.0},  {8.0, 40.0, 100.0}};
+  rig_.camera.on_capture = [&] {
+    if (!rig_.light.lit.empty() && rig_.changer.mounted() == devices::Target::sample) {
+      throw devices::DeviceError(devices::DeviceErrc::Timeout, "camera", "no frame");
+    }
+  };
+  EXPECT_THROW(run(), devices::DeviceError);
+  EXPECT_EQ(SessionReader(folder_).points().size(), 5U);
+  expect_safe();
+}
+
+TEST_F(Session, HomesAnewAndMeasuresAgainWhatADeviceInterruptedThatDroppedOff) {
+  bool lost = false;
+  rig_.camera.on_capture = [&] {
+    if (lost || rig_.light.lit != "G" || rig_.changer.mounted() != devices::Target::sample) return;
+    lost = true;
+    throw devices::DeviceError(devices::DeviceErrc::Disconnected, "camera", "unplugged");
+  };
+  EXPECT_TRUE(run().complete);
+  for (const auto& stage : rig_.stages) EXPECT_EQ(stage->homings, 2) << stage->name();
+  const SessionReader archive(folder_);
+  EXPECT_EQ(archive.points().size(), 3U) << "one row more, of the attempt that failed";
+  EXPECT_THAT(archive.notes(), Contains(testing::Field(&SessionNote::kind, kCameBackNote)));
+}
+
+TEST_F(Session, EndsWhenADeviceDoesNotComeBack) {
+  int moves = 0;
+  rig_.stages[1]->on_move = [&](FakeStage&) { ++moves; };
+  rig_.stages[1]->on_home = [&](FakeStage& stage) {
+    if (moves > 0) {
+      throw devices::DeviceError(devices::DeviceErrc::Disconnected, stage.name(),
+                                 "still unplugged");
+    }
+  };
+  rig_.camera.on_capture = [&] {
+    if (moves > 3) {
+      throw devices::DeviceError(devices::DeviceErrc::Disconnected, "camera", "unplugged");
+    }
+  };
+  const auto before = rig_.clock.now();
+  EXPECT_THROW(run(), devices::DeviceError);
+  EXPECT_GT(rig_.clock.now() - before, kMayBeAway);
+  expect_safe();
+  EXPECT_FALSE(SessionReader(folder_).finished());
+}
+
+TEST_F(Session, EndsWhenADarkFrameIsBright) {
+  rig_.camera.bright_behind_the_shutter = true;
+  try {
+    run();
+    FAIL() << "took a bright frame for a dark one";
+  } catch (const devices::DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("is the shutter closed?"));
+  }
+  expect_safe();
 }
 
 TEST_F(Session, RejectsAFrameThatComesTwice) {

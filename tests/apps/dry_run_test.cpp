@@ -72,7 +72,7 @@ TEST_F(DryRun, TellsAsDataWhatTheSessionThenTakes) {
   const json status = json::parse(run({"status", "session", "--json"}).out);
   double taken = 0.0;  // by kind
   for (const json& count : status["frames"]) taken += count.get<double>();
-  EXPECT_NEAR(found["frames"].get<double>(), taken, 0.05 * taken);
+  EXPECT_NEAR(found["frames"].get<double>(), taken, 0.07 * taken);
 }
 
 TEST_F(DryRun, RefusesWhatTheRunWouldRefuse) {
@@ -146,7 +146,9 @@ TEST_F(DryRun, KnowsLessOfARigOfMetalWithoutAWord) {
     const json found = json::parse(run(all).out);
     return found["duration_high_s"].get<double>() - found["duration_low_s"].get<double>();
   };
-  EXPECT_GT(width({}), width({"--expect", "builtin:red-pmma"}));
+  // One about as bright as what is expected without a word: a darker one takes longer, and is
+  // wider.
+  EXPECT_GT(width({}), width({"--expect", "builtin:grey-pvc"}));
 }
 
 }  // namespace

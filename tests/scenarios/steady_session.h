@@ -62,7 +62,7 @@ class SteadySession : public testing::Test {
     reduction_.grid = 3;
   }
 
-  acquisition::DeviceSet devices(sim::SimGoniometer& world) const {
+  virtual acquisition::DeviceSet devices(sim::SimGoniometer& world) const {
     acquisition::DeviceSet set = devices_of(world);
     set.begin_subject = [&world](std::uint64_t subject) { world.begin_subject(subject); };
     return set;
@@ -71,7 +71,8 @@ class SteadySession : public testing::Test {
   /// Runs it, and looks at the rig after whatever end.
   acquisition::SessionResult run(sim::SimGoniometer& world, acquisition::SessionWriter& archive,
                                  const Progress& progress,
-                                 const acquisition::SessionPart& part = {}) const {
+                                 const acquisition::SessionPart& part = {},
+                                 std::stop_token stop = {}) const {
     struct Safe {
       sim::SimGoniometer& world;
       ~Safe() {
@@ -84,8 +85,8 @@ class SteadySession : public testing::Test {
       }
     };
     const Safe safe{world};
-    return acquisition::run_session(devices(world), known_, plan_, options_, archive, progress, {},
-                                    part);
+    return acquisition::run_session(devices(world), known_, plan_, options_, archive, progress,
+                                    std::move(stop), part);
   }
 
   acquisition::SessionResult begin(const std::filesystem::path& folder,

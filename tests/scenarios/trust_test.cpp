@@ -193,6 +193,28 @@ TEST_F(Trust, AnEvenDriftLeavesLittle) {
   }
 }
 
+TEST_F(Trust, WhitesInBetweenFollowALampThatComesBack) {
+  options_.sentinel_every = 0;
+  const std::filesystem::path whole = untroubled_without_sentinels();
+  const auto end = SessionReader(whole).points().back().finished_at;
+  const auto half = end / 2;
+  // The monitor sees none of it, and opening and closing white are alike.
+  world_.lamp.events = {{std::chrono::seconds(0), half, 1.05, false},
+                        {half, half, 1.0 / 1.05, false}};
+  plan_.duration_s = devices::to_seconds(end);
+  std::map<bool, double> worst;
+  for (const bool between : {false, true}) {
+    session_ = folder_.path() / (between ? "with" : "few");
+    options_.white_interval = between ? end / 6 : std::chrono::nanoseconds(0);
+    EXPECT_TRUE(begin(session_).complete);
+    worst[between] = worst_deviation(reduced(session_), whole);
+    std::printf("lamp up 5 %% and back, whites %s: worst deviation %.3f %%\n",
+                between ? "between" : "at the ends", 100.0 * worst[between]);
+  }
+  EXPECT_GT(worst[false], 0.015);
+  EXPECT_LT(worst[true], 0.004);
+}
+
 TEST_F(Trust, ALampThatGoesOffEndsTheSessionWithoutAGoodPointInTheDark) {
   const sim::SimOptions steady = world_;
   const auto off = between(5, 6);
@@ -227,7 +249,12 @@ TEST_F(Trust, WhatFlickersWheneverItIsTakenIsMarked) {
   for (auto at = begin_at; at < end; at += kHalfPeriod, up = !up) {
     world_.lamp.events.push_back({at, {}, up ? 1.2 : 1.0 / 1.2, true});
   }
-  EXPECT_TRUE(begin(session_).finished);
+  try {
+    begin(session_);
+    FAIL() << "took its closing white from a lamp that flickers";
+  } catch (const devices::DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("flickers at the white"));
+  }
   EXPECT_THAT(notes(acquisition::kSuspectNote), Contains(HasSubstr("lamp monitor read")));
   const std::vector<int> times = times_taken();
   EXPECT_LE(*std::max_element(times.begin(), times.end()), 2) << "not for ever";

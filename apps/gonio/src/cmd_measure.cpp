@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <algorithm>
+#include <map>
 #include <optional>
+#include <tuple>
 
 #include "calibration_run.h"
 #include "command.h"
@@ -23,6 +25,8 @@ namespace gonio::cli {
 namespace {
 
 constexpr int kAsTheRigFileSays = -1;
+constexpr int kMaxPointsUnset = 0;
+constexpr double kLargestWish_db = 100.0;
 
 struct MeasureOptions {
   std::string rig;
@@ -36,12 +40,16 @@ struct MeasureOptions {
   std::string expect;
   SessionLabels labels;
   int sentinel_every = kAsTheRigFileSays;
+  int repeat_pairs = kAsTheRigFileSays;
+  int reciprocity_pairs = kAsTheRigFileSays;
   std::optional<std::uint64_t> seed;
   bool dry_run = false;
   bool json = false;
   bool skip_unreachable = false;
   bool yes = false;
   bool simulate = false;
+  std::optional<double> until_db;
+  int max_points = kMaxPointsUnset;
   MonitorOptions watching;
 };
 
@@ -156,6 +164,43 @@ void set_plan(SessionSetup& session, const MeasureOptions& options, const Consol
                               : plan_text(kinematics, session.plan, {}, {options.plan});
 }
 
+/// The second halves of pairs, with the exposures of the first.
+void add_pairs(SessionSetup& session) {
+  const acquisition::PairOptions& pairs = session.rig.pairs;
+  if (pairs.repeats == 0 && pairs.reciprocals == 0) return;
+  // Camera and lamp can only change places where the rig has poses for it, whatever it is planned
+  // on.
+  rig::BranchSet branches = session.rig.branches;
+  branches.reciprocal = true;
+  const rig::Inverse inverse(session.instrument.rig, branches);
+  session.plan = acquisition::with_pairs(inverse, session.plan, pairs);
+  if (session.exposures_us.empty()) return;
+  std::vector<double> exposures_us;
+  std::map<std::tuple<double, double, double>, double> by_direction;
+  auto next = session.exposures_us.begin();
+  for (const acquisition::PlannedPoint& point : session.plan.points) {
+    const brdf::HalfDiff& d = point.direction;
+    double& exposure = by_direction[{d.theta_h.radians(), d.theta_d.radians(), d.phi_d.radians()}];
+    if (!point.again) exposure = *next++;
+    exposures_us.push_back(exposure);
+  }
+  session.exposures_us = std::move(exposures_us);
+}
+
+/// The closed loop, which --basis turns on. What lies on the rig is known.
+void set_loop(SessionSetup& session, const MeasureOptions& options) {
+  const std::string& basis = options.watching.basis;
+  if (basis.empty()) {
+    if (options.until_db) throw UsageError("--until needs --basis");
+    if (options.max_points != kMaxPointsUnset) throw UsageError("--max-points needs --basis");
+    return;
+  }
+  session.loop = loop_settings(
+      basis, options.until_db,
+      options.max_points == kMaxPointsUnset ? LoopSettings().max_points : options.max_points,
+      session.material.scale);
+}
+
 /// Says all that would be done and does nothing. Throws UsageError for what would be refused.
 int dry_run(const Context& context, const SessionSetup& session, bool json) {
   const SessionPreflight preflight = preflight_session(session);
@@ -183,9 +228,12 @@ int measure(Context& context, const MeasureOptions& options) {
   }
   SessionSetup session;
   session.rig = read_rig_file(options.rig);
-  if (options.sentinel_every != kAsTheRigFileSays) {
-    session.rig.session.sentinel_every = options.sentinel_every;
-  }
+  const auto set = [](int option, int& value) {
+    if (option != kAsTheRigFileSays) value = option;
+  };
+  set(options.sentinel_every, session.rig.session.sentinel_every);
+  set(options.repeat_pairs, session.rig.pairs.repeats);
+  set(options.reciprocity_pairs, session.rig.pairs.reciprocals);
   session.instrument = instrument_of(session.rig, options.calibration);
   session.calibration = session_calibration(session.rig, options.calibration);
   session.accept_calibration = options.accept_calibration;
@@ -196,8 +244,10 @@ int measure(Context& context, const MeasureOptions& options) {
     session.alignment_refusal = error.what();
   }
   set_plan(session, options, console);
+  add_pairs(session);
   set_expected(session, options);
   set_sample(session, options);
+  set_loop(session, options);
   session.seed = options.seed.value_or(session.seed);
   session.labels = options.labels;
   if (session.labels.sample_id.empty()) session.labels.sample_id = session.material_name;
@@ -205,7 +255,9 @@ int measure(Context& context, const MeasureOptions& options) {
   session.ask_person = !options.yes;
 
   if (options.dry_run) return dry_run(context, session, options.json);
-  return run_to_the_end(context, session, options.watching);
+  MonitorOptions watching = options.watching;
+  if (!watching.port) watching.basis.clear();  // it is the loop's alone
+  return run_to_the_end(context, session, watching);
 }
 
 }  // namespace
@@ -241,10 +293,23 @@ void add_measure(const Command& root) {
   command.integer("--sentinel-every", options->sentinel_every, 0, 100000,
                   "Points between checks of home marks and of the sentinel, a fixed pose on the "
                   "sample; 0: none (default: the rig file's)");
+  command.integer("--repeat-pairs", options->repeat_pairs, 0, 1000,
+                  "Points measured again half a session later (default: the rig file's)");
+  command.integer(
+      "--reciprocity-pairs", options->reciprocity_pairs, 0, 1000,
+      "Points measured again with light and camera exchanged (default: the rig file's)");
   command.flag("--simulate", options->simulate,
                "Run in a simulated world although the rig file names devices");
   command.flag("--yes", options->yes, "Do not ask before going on");
-  add_monitor_options(command, options->watching);
+  add_page_options(command, options->watching, "Serve a live page");
+  command.text("--basis", options->watching.basis,
+               "Close the loop with this basis: replace points that fail, add points where the "
+               "material asks for them; a live page shows the reconstruction as it grows");
+  command.positive("--until", options->until_db, kLargestWish_db,
+                   "With --basis: stop when a picture of the result is expected at so many dB, and "
+                   "go on behind the plan until then");
+  command.integer("--max-points", options->max_points, 1, 100000,
+                  "With --basis: points at most, those added included (default 40)");
   command.on_call(options, measure);
 }
 

@@ -94,7 +94,38 @@ SessionSetup setup_of(const StoredSession& stored) {
   session.plan = stored_poses(poses->second, archive.folder() / kPosesText, session.instrument.rig);
   session.simulated = metadata(archive, "driver") == "simulated";
   set_stored_sample(session, archive);
+  session.loop = stored_loop(archive, session.material.scale);
   return session;
+}
+
+/// Points that decisions have added, behind the plan's own. They are as the session's own check
+/// has found them, or the journal was tampered with.
+void add_decided_points(const acquisition::SessionReader& archive,
+                        const acquisition::ResumeState& state, SessionSetup& session) {
+  acquisition::MeasurementPlan added;
+  for (const acquisition::LoggedDecision& logged : state.decisions) {
+    for (const acquisition::AddedPoint& point : logged.decision.added) {
+      const std::size_t expected = session.plan.points.size() + added.points.size();
+      if (static_cast<std::size_t>(point.point) != expected) {
+        throw DataFormatError(
+            archive.folder(), "decisions",
+            fmt::format("found point {} added, expected {}", point.point, expected));
+      }
+      if (point.pose.joints.size() != session.instrument.rig.axes.size()) {
+        throw DataFormatError(
+            archive.folder(), "decisions",
+            fmt::format("point {}: found {} joints, the rig has {} axes", point.point,
+                        point.pose.joints.size(), session.instrument.rig.axes.size()));
+      }
+      added.points.push_back({point.direction, point.pose, 0.0, 0.0});
+    }
+  }
+  if (added.points.empty()) return;
+  const rig::RigDescription& rig = session.instrument.rig;
+  const acquisition::MeasurementPlan checked =
+      realised_poses(plan_text(rig, added, {}, {}), archive.folder() / "decisions", rig);
+  session.plan.points.insert(session.plan.points.end(), checked.points.begin(),
+                             checked.points.end());
 }
 
 void tell_what_is_left(const Console& console, const acquisition::SessionReader& archive,
@@ -136,6 +167,7 @@ int resume(Context& context, const ResumeOptions& options) {
   std::string despite = require_fresh(stored.archive, options.accept_old);
   SessionSetup session = setup_of(stored);
   session.ask_person = !options.yes;
+  add_decided_points(stored.archive, state, session);
   const int points = static_cast<int>(session.plan.points.size());
   if (!state.done.empty() && state.done.rbegin()->first >= points) {
     throw DataFormatError(

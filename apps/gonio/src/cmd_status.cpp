@@ -6,12 +6,16 @@
 #include <optional>
 
 #include "command.h"
+#include "gonio/acquisition/decisions.h"
+#include "gonio/acquisition/resume.h"
 #include "gonio/acquisition/trust_notes.h"
 #include "gonio/console/printable.h"
 #include "gonio/samples/csv.h"
 #include "json_text.h"
+#include "plan_file.h"
 #include "planning.h"
 #include "session_calibration.h"
+#include "session_loop.h"
 #include "session_run.h"
 
 namespace gonio::cli {
@@ -19,6 +23,7 @@ namespace {
 
 struct StatusOptions {
   std::string session;
+  bool replay = false;
   bool json = false;
 };
 
@@ -53,6 +58,50 @@ std::optional<std::size_t> planned_points(const acquisition::SessionReader& arch
   return points;
 }
 
+/// With what decisions added and dropped.
+std::size_t with_decisions(std::size_t planned,
+                           const std::vector<acquisition::LoggedDecision>& decisions) {
+  for (const acquisition::LoggedDecision& each : decisions) {
+    planned += each.decision.added.size();
+    planned -= std::min(planned, each.decision.dropped.size());
+  }
+  return planned;
+}
+
+std::vector<std::string> reasons_of(const std::vector<acquisition::LoggedDecision>& decisions) {
+  std::vector<std::string> reasons;
+  for (const acquisition::LoggedDecision& each : decisions) {
+    reasons.push_back(each.decision.reason);
+  }
+  return reasons;
+}
+
+/// Whether the archive gives the decisions that were made.
+int replay(Context& context, const std::filesystem::path& folder) {
+  const StoredSession stored = open_session(folder);
+  const std::size_t count = acquisition::decisions(stored.archive).size();
+  const std::string scale_word = metadata(stored.archive, "radiometric_scale");
+  const brdf::RadiometricScale scale =
+      blame(folder, [&] { return brdf::radiometric_scale_from_string(scale_word); });
+  std::optional<LoopSettings> settings = stored_loop(stored.archive, scale);
+  if (!settings) throw UsageError(folder.string() + ": was measured without a loop");
+  const auto poses = stored.archive.configuration().find(kPosesText);
+  if (poses == stored.archive.configuration().end()) {
+    throw UsageError(fmt::format("{}: configuration: found no {}", folder.string(), kPosesText));
+  }
+  const rig::RigDescription& rig = stored.instrument.rig;
+  const SessionLoop loop(std::move(*settings), stored.instrument, stored.rig, folder, scale,
+                         nullptr);
+  const std::vector<std::string> differences = replay_decisions(
+      loop, stored.archive, rig, stored_poses(poses->second, folder / kPosesText, rig));
+  for (const std::string& difference : differences) {
+    context.console.warn(printable_line(difference));
+  }
+  context.console.result(fmt::format("{} of {} decisions are what the archive gives\n",
+                                     count - differences.size(), count));
+  return differences.empty() ? kSuccess : kDoNotTrust;
+}
+
 std::vector<int> suspect_list(const std::map<int, std::string>& suspects) {
   std::vector<int> points;
   for (const auto& suspect : suspects) points.push_back(suspect.first);
@@ -73,7 +122,9 @@ int status(Context& context, const StatusOptions& options) {
   if (!std::filesystem::exists(folder / "session.sqlite")) {
     throw UsageError(options.session + ": found no session.sqlite, expected a session archive");
   }
+  if (options.replay) return replay(context, folder);
   const acquisition::SessionReader archive(folder);
+  const std::vector<acquisition::LoggedDecision> decisions = acquisition::decisions(archive);
   std::map<std::string, int> frames;
   for (const auto& frame : archive.frames()) {
     ++frames[std::string(acquisition::to_string(frame.kind))];
@@ -85,7 +136,8 @@ int status(Context& context, const StatusOptions& options) {
   const auto measured = std::count_if(outcomes.begin(), outcomes.end(), [](const auto& point) {
     return point.second == acquisition::PointOutcome::Measured;
   });
-  const std::size_t points = planned_points(archive).value_or(outcomes.size());
+  const auto planned = planned_points(archive);
+  const std::size_t points = planned ? with_decisions(*planned, decisions) : outcomes.size();
   const auto writer = files::lock_holder(acquisition::session_lock(folder));
   const char* state = session_state(archive, writer.has_value());
   if (options.json) {
@@ -97,7 +149,8 @@ int status(Context& context, const StatusOptions& options) {
         {"damage", archive.damage()},
         {"metadata", archive.metadata()},
         {"suspects", suspect_list(suspects)},
-        {"home_delta", last_note(archive, acquisition::kHomeDeltaNote)}};
+        {"home_delta", last_note(archive, acquisition::kHomeDeltaNote)},
+        {"decisions", reasons_of(decisions)}};
     context.console.result(json_text(result));
   } else {
     std::string text =
@@ -120,7 +173,12 @@ int status(Context& context, const StatusOptions& options) {
                           acquisition::to_string(point.outcome), point.note.empty() ? "" : ": ",
                           printable_line(point.note));
     }
+    for (const auto& each : decisions) {
+      text += fmt::format("{:8.1f} s  decision: {}\n", devices::to_seconds(each.at),
+                          printable_line(each.decision.reason));
+    }
     for (const auto& note : archive.notes()) {
+      if (note.kind == acquisition::kDecisionNote) continue;
       text += fmt::format("{:8.1f} s  {}: {}\n", devices::to_seconds(note.at),
                           printable_line(note.kind), printable_line(note.text));
     }
@@ -139,6 +197,8 @@ void add_status(const Command& root) {
       root.add("status", "What a session archive holds", "gonio status session");
   command.text("SESSION", options->session, "Session archive", Need::required);
   command.flag("--json", options->json, "Print JSON");
+  command.flag("--replay", options->replay,
+               "Recompute every decision of the closed loop from what was known then, and compare");
   command.on_call(options, status);
 }
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "gonio/console/printable.h"
@@ -79,6 +80,7 @@ acquisition::MeasurementPlan poses_of(samples::CsvReader reader, const rig::RigD
   const std::size_t phi_d_column = required_column(reader, "phi_d_deg");
   const std::size_t branch_column = required_column(reader, "branch");
   const auto predicted_column = reader.column("predicted_s");
+  const auto again_column = reader.column("again");
   acquisition::MeasurementPlan plan;
   rig::Joints before = acquisition::tour_ends(rig);
   while (const auto row = reader.next()) {
@@ -107,6 +109,7 @@ acquisition::MeasurementPlan poses_of(samples::CsvReader reader, const rig::RigD
     point.travel_s = travel.seconds(before, point.pose.joints);
     point.predicted_s = point.travel_s;
     if (predicted_column) point.predicted_s = reader.number_within(*row, *predicted_column, 0, 1e6);
+    if (again_column) point.again = reader.number_within(*row, *again_column, 0, 1) > 0.5;
     before = point.pose.joints;
     plan.travel_s += point.travel_s;
     plan.duration_s += point.predicted_s;
@@ -124,6 +127,9 @@ std::string plan_text(const rig::RigDescription& rig, const acquisition::Measure
   for (const rig::Axis& axis : rig.axes) text += "," + samples::csv_cell(joint_column(axis));
   text += ",branch";
   if (!exposures_us.empty()) text += ",exposure_us";
+  const bool pairs = std::any_of(plan.points.begin(), plan.points.end(),
+                                 [](const auto& point) { return point.again; });
+  if (pairs) text += ",again";
   text += ",predicted_s\n";
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const acquisition::PlannedPoint& point = plan.points[i];
@@ -131,6 +137,7 @@ std::string plan_text(const rig::RigDescription& rig, const acquisition::Measure
     for (const Angle joint : point.pose.joints) text += "," + samples::csv_degrees(joint);
     text += "," + rig::branch_name(point.pose);
     if (!exposures_us.empty()) text += "," + samples::csv_number(exposures_us[i]);
+    if (pairs) text += point.again ? ",1" : ",0";
     text += fmt::format(",{:.2f}\n", point.predicted_s);
   }
   return text;
@@ -168,6 +175,12 @@ std::vector<double> planned_exposures_us(const std::filesystem::path& path) {
     exposures.push_back(reader.number_within(*row, *column, 1e-3, kLongest_us));
   }
   return exposures;
+}
+
+acquisition::MeasurementPlan realised_poses(const std::string& text,
+                                            const std::filesystem::path& place,
+                                            const rig::RigDescription& rig) {
+  return poses_of(samples::CsvReader(place, text), rig, Realised::required);
 }
 
 acquisition::MeasurementPlan stored_poses(const std::string& text,

@@ -35,6 +35,11 @@ acquisition::MeasurementPlan read_poses(const std::filesystem::path& path,
 /// DataFormatError.
 std::vector<double> planned_exposures_us(const std::filesystem::path& path);
 
+/// Points as plan_text() writes them, which are looked at like those of a file (read_poses()).
+acquisition::MeasurementPlan realised_poses(const std::string& text,
+                                            const std::filesystem::path& place,
+                                            const rig::RigDescription& rig);
+
 /// The points as plan_text() wrote them, from a session's archive. That they realise their
 /// directions was found out then; `place` names the text in errors.
 acquisition::MeasurementPlan stored_poses(const std::string& text,

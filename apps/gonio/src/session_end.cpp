@@ -16,7 +16,7 @@ std::string how_to_go_on(const SessionSetup& session) {
 
 /// Why a session is not complete.
 const char* why_incomplete(const acquisition::SessionResult& result, const std::stop_token& stop) {
-  if (result.finished) return "incomplete";
+  if (result.finished || !result.failed.empty()) return "incomplete";
   return stop.stop_requested() ? "stopped" : "paused";
 }
 
@@ -65,13 +65,12 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
   if (live) live->end(result.complete ? "finished" : why_incomplete(result, stop.token()));
   for (const std::string& warning : result.warnings) console.warn(warning);
   console.say(fmt::format("{}: {} of {} directions in {} of session time", archive, result.measured,
-                          session.plan.points.size(), duration_text(result.duration_s)));
+                          result.planned, duration_text(result.duration_s)));
   if (result.complete) return kSuccess;
-  console.error(
-      fmt::format("{}: {} after {} of {} directions", archive, why_incomplete(result, stop.token()),
-                  result.measured, session.plan.points.size()),
-      result.finished ? "what was measured is in the archive and can be reduced"
-                      : how_to_go_on(session));
+  console.error(fmt::format("{}: {} after {} of {} directions", archive,
+                            why_incomplete(result, stop.token()), result.measured, result.planned),
+                result.finished ? "what was measured is in the archive and can be reduced"
+                                : how_to_go_on(session));
   return kIncompleteSession;
 }
 

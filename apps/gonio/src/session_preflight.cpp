@@ -76,6 +76,10 @@ acquisition::ExpectedSample sample_of(const SessionSetup& session) {
     const RigFile& rig = session.rig;
     sample.brdf = [&session, &rig](std::size_t point,
                                    const brdf::DirectionPair& pair) -> brdf::Rgb {
+      // Of points that a closed loop adds later the plan knows nothing.
+      if (point >= session.exposures_us.size()) {
+        return brdf::Rgb::Constant(kUnknownAlbedo / std::numbers::pi);
+      }
       return brdf::Rgb::Constant(radiance_of_exposure(rig, session.exposures_us[point]) /
                                  pair.wi.z());
     };
@@ -208,6 +212,7 @@ SessionPreflight preflight_session(const acquisition::DeviceSet& devices,
   result.found = acquisition::preflight(devices, session.instrument, session.plan,
                                         session.rig.session, &expectation);
   std::vector<Check>& checks = result.found.checks;
+  if (session.loop) before.push_back(loop_check(*session.loop));
   checks.insert(checks.begin(), before.begin(), before.end());
   if (result.found.itinerary) {
     result.points_travel_s = points_travel_s(session.instrument.rig, *result.found.itinerary);

@@ -17,6 +17,7 @@
 #include "gonio/setup/simulated_rig.h"
 #include "gonio/version/version.h"
 #include "plan_file.h"
+#include "session_loop.h"
 #include "session_preflight.h"
 
 namespace gonio::cli {
@@ -84,6 +85,7 @@ acquisition::SessionMetadata metadata_of(const SessionSetup& session,
     if (!despite.empty()) metadata["calibration_accepted_despite"] = despite;
   }
   metadata.insert(session.alignment.begin(), session.alignment.end());
+  if (session.loop) metadata.merge(loop_metadata(*session.loop));
   if (session.simulated) {
     metadata["simulated_material"] = session.material_name;
     metadata["simulated_material_source"] = session.material_source;
@@ -236,11 +238,18 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   archive.observe(monitor);
   acquisition::SessionPart part;
   if (resumed) part = acquisition::part_to_resume(resumed->state);
+  const acquisition::Expectation expectation = expectation_of(session);
+  part.expectation = &expectation;
   reserve.emplace(session, preflight, devices.camera->info(), points_done);
   part.pause = std::move(pause);
+  std::optional<SessionLoop> loop;
+  if (session.loop) {
+    loop.emplace(*session.loop, session.instrument, session.rig, session.archive,
+                 session.material.scale, &console);
+  }
   acquisition::SessionResult result =
       acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
-                               archive, show, ends.get_token(), part);
+                               archive, show, ends.get_token(), part, loop ? &*loop : nullptr);
   rig->require_safe();
   return result;
 }

@@ -13,6 +13,7 @@
 #include "gonio/instrument/alignment.h"
 #include "gonio/monitor/session_monitor.h"
 #include "gonio/setup/rig_file.h"
+#include "loop_settings.h"
 #include "materials_input.h"
 #include "session_calibration.h"
 
@@ -51,7 +52,8 @@ struct SessionSetup {
   std::vector<double> exposures_us;  ///< shortest ones as the plan expects them, or none
   std::vector<acquisition::RefusedDirection> skipped;  ///< that the plan leaves out
   bool skip_unreachable = false;                       ///< and may
-  bool ask_person = false;  ///< white placement manual: ask at the terminal
+  bool ask_person = false;           ///< white placement manual: ask at the terminal
+  std::optional<LoopSettings> loop;  ///< none: the plan is measured as it stands
 };
 
 /// A session of before to go on with. Its setup is that of its archive.

@@ -213,7 +213,7 @@ void visit_session(ConfigVisitor& v, RigFile& file) {
     v.duration("first_exposure_us", session.first_exposure, kMicrosecond, kExposure, "");
     v.duration("max_exposure_us", session.max_exposure, kMicrosecond, kExposure,
                "longest one a bracket may use");
-    v.number("bracket_ratio", session.bracket_ratio, {1.01, 64.0}, "between exposures");
+    v.number("bracket_ratio", session.bracket_ratio, {1.01, 64.0}, "to the next shorter one");
     v.integer("max_exposures", session.max_exposures, {1, 64}, "per channel and point");
     v.number("relative_sigma", session.relative_sigma, {1e-5, 0.99}, "wanted at the dimmest spot");
     v.integer("white_frames", session.white_frames, {1, 1000}, "per channel, opening and closing");
@@ -222,6 +222,12 @@ void visit_session(ConfigVisitor& v, RigFile& file) {
               "points between checks of home marks and sentinel; 0: none");
     v.duration("sentinel_interval_min", session.sentinel_interval, 60.0, {0.1, 1e5},
                "time after which there is one all the same");
+    v.duration("white_interval_min", session.white_interval, 60.0, {0.0, 1e5},
+               "at most between two whites; 0: opening and closing alone");
+    v.integer("repeat_pairs", file.pairs.repeats, {0, 1000},
+              "points measured again, half a session later");
+    v.integer("reciprocity_pairs", file.pairs.reciprocals, {0, 1000},
+              "points measured again, light and camera exchanged");
     v.integer("retries", session.retries, {0, 100}, "of a failed device call");
     v.duration("move_timeout_s", session.move_timeout, 1.0, {0.1, 1e5}, "");
   });

@@ -81,7 +81,7 @@ PoseDesign choose_poses(const basis::Basis& basis, const Eigen::MatrixXd& import
     const bool all = wanted >= candidates.poses.size();
     PosePool pool(rows, even_selection(candidates.poses, wanted), patch, importance, options,
                   candidates.accept);
-    PoseTrial first = pool.greedy();
+    PoseTrial first = pool.greedy(count);
     if (first.members.size() < count) {
       if (!all) continue;
       throw std::invalid_argument("pose design: only " + std::to_string(first.members.size()) +

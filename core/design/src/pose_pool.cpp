@@ -61,12 +61,11 @@ PosePool::PosePool(const basis::BasisRows& rows, std::vector<brdf::HalfDiff> pos
   });
 }
 
-PoseTrial PosePool::greedy() {
-  PoseTrial trial;
+PoseTrial PosePool::greedy(std::size_t count, PoseTrial trial) {
   const Eigen::Index k = importance_.rows();
   std::vector<PoseChange> added;
-  field_.reset(Eigen::MatrixXd::Identity(k, k));
-  while (trial.members.size() < static_cast<std::size_t>(options_.pose_count)) {
+  field_.reset(open_of(trial.members, k));
+  while (trial.members.size() < count) {
     field_.scan(added, nullptr, allowed_);
     const std::size_t next = pick(trial.members, trial.members.size());
     if (next == field_.size()) break;

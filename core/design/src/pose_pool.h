@@ -38,8 +38,9 @@ class PosePool {
            const PoseDesignOptions& options,
            const std::function<bool(const brdf::HalfDiff&)>& accept);
 
-  /// One after another, each the best next. Fewer than asked for when the pool has no more.
-  PoseTrial greedy();
+  /// One after another, each the best next, until the trial has so many members. Fewer when the
+  /// pool has no more. Members that are there already need not be in the pool.
+  PoseTrial greedy(std::size_t count, PoseTrial trial = {});
 
   /// Drawn evenly from the pool, which must have enough usable candidates.
   PoseTrial random_start(std::uint64_t start);

@@ -43,8 +43,16 @@ double grazing_half_width(const basis::Uncertainty& bands) {
   return bands.factor_68 * std::sqrt(sum / static_cast<double>(std::max<std::size_t>(count, 1)));
 }
 
-/// Why little is expected of the picture, in the words of what shows it most.
-std::string why(const Outlook& outlook) {
+}  // namespace
+
+bool is_doubtful(const Outlook& outlook) {
+  const bool foreign =
+      !outlook.left_out_innovations.empty() &&
+      outlook.innovation > kForeignInnovation * outlook.left_out_innovations.back();
+  return foreign || outlook.expected_psnr_db - kCaution * outlook.sd_db < kUsablePsnr_db;
+}
+
+std::string doubt_text(const Outlook& outlook) {
   const double innovation_limit = usual_limit(outlook.left_out_innovations);
   const double nearest_limit = usual_limit(outlook.left_out_nearest);
   if (outlook.innovation > innovation_limit) {
@@ -60,8 +68,6 @@ std::string why(const Outlook& outlook) {
   }
   return "materials like it are poorly predicted from these directions";
 }
-
-}  // namespace
 
 Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, const basis::Fit& fit,
               const brdf::BrdfTable& table, const basis::Uncertainty* bands) {
@@ -80,12 +86,11 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
   std::string advice = "measure more directions";
   if (verdict.outlook) {
     const Outlook& seen = *verdict.outlook;
-    const bool foreign = !seen.left_out_innovations.empty() &&
-                         seen.innovation > kForeignInnovation * seen.left_out_innovations.back();
-    if (foreign || seen.expected_psnr_db - kCaution * seen.sd_db < kUsablePsnr_db) {
-      reasons.push_back(why(seen) + fmt::format("; a picture of it is expected at {:.0f} dB, "
-                                                "usable ones reach {:.0f}",
-                                                seen.expected_psnr_db, kUsablePsnr_db));
+    if (is_doubtful(seen)) {
+      reasons.push_back(doubt_text(seen) +
+                        fmt::format("; a picture of it is expected at {:.0f} dB, "
+                                    "usable ones reach {:.0f}",
+                                    seen.expected_psnr_db, kUsablePsnr_db));
       if (seen.innovation > usual_limit(seen.left_out_innovations)) {
         advice = "measure it densely, or train with materials of its kind";
       }

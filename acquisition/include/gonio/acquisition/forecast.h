@@ -31,6 +31,10 @@ struct ExpectedSample {
   double sigma_ln = 0.0;        ///< of its logarithm, the same for all points
   double point_sigma_ln = 0.0;  ///< and of each point's own, beside it
   std::string source;           ///< for people: "gold-satin", "unknown"
+
+  /// Times as bright as expected that a first exposure is chosen for: one that saturates is taken
+  /// in vain.
+  double margin() const;
 };
 
 /// What a rig takes besides travel and exposures. What is unknown beforehand is in the interval.

@@ -6,8 +6,15 @@
 #include <vector>
 
 #include "gonio/acquisition/session.h"
+#include "gonio/devices/device_error.h"
 
 namespace gonio::acquisition {
+
+/// How long a device that dropped off is waited for, session clock.
+inline constexpr std::chrono::nanoseconds kMayBeAway = std::chrono::minutes(1);
+
+/// Whether a device is gone, or was and knows no longer where it stands.
+bool dropped_off(devices::DeviceErrc code);
 
 /// The devices of a rig behind the rules every path keeps, in a session and by hand: whatever
 /// happens, axes stop and the shutter closes when this object ends; after a stop request nothing
@@ -43,8 +50,12 @@ class GuardedDevices {
   /// Timeout when an axis stands more than rig::kPlanningMargin from where it was sent.
   rig::Joints move_to(const rig::Joints& target);
   /// Stops all axes where they are, arms them again and reads them back. Throws Fault when one does
-  /// not stand; then nothing may move any more.
+  /// not stand, or what says that one dropped_off(); then nothing may move any more.
   void stand_still();
+  /// After an error that says dropped_off(): stops all, closes the shutter, and homes all axes anew
+  /// as soon as they are back, which opens their connections and asks who they are. Cameras, lamps
+  /// and monitors do that at their next call. Throws the last error once kMayBeAway has passed.
+  void come_back();
   /// What the encoders read now, once all axes stand. Does not change joints().
   rig::Joints read_joints();
   /// What they read last: by read_joints(), or on arrival. Nothing was sent to move since.
@@ -52,8 +63,8 @@ class GuardedDevices {
   void light(const std::string& channel);
   void close_shutter() noexcept;
   void mount(devices::Target target);
-  /// The frame of exactly this exposure; a frame of another size, format or exposure time, or one
-  /// that came before, is an error.
+  /// The frame of exactly this exposure; a frame of another size, format, exposure time, gain or
+  /// level than the first, or one that came before, is an error.
   devices::Frame capture(std::chrono::nanoseconds exposure);
   /// 0 without a monitor.
   double read_monitor();
@@ -81,7 +92,16 @@ class GuardedDevices {
   const SessionOptions& options_;
   Note note_;
   std::stop_token stop_;
-  std::optional<std::uint64_t> last_frame_id_;
+  /// Of the frame taken last. A camera keeps its gain and levels for its life.
+  struct FrameFacts {
+    std::uint64_t frame_id = 0;
+    double gain_db = 0.0;
+    double black_level_dn = 0.0;
+    std::uint16_t saturation_level_dn = 0;
+  };
+  void check_frame(const devices::Frame& frame, std::chrono::nanoseconds exposure) const;
+
+  std::optional<FrameFacts> last_frame_;
   rig::Joints joints_;
   rig::Joints last_reading_;
   rig::Joints sent_;  ///< where the axes were sent last; after an error, where they stood

@@ -17,15 +17,13 @@ namespace gonio::acquisition {
 ///   white        the white reference at its pose
 ///   point        a point of the plan
 ///   sentinel     a fixed geometry of the sample, measured again and again
-///   repeat       a point of the plan once more, at the same pose
-///   reciprocity  a point of the plan with light and camera exchanged
 ///   park         back home
-enum class VisitKind { home, dark, white, point, sentinel, repeat, reciprocity, park };
+enum class VisitKind { home, dark, white, point, sentinel, park };
 std::string_view to_string(VisitKind kind);
 
 struct PlannedVisit {
   VisitKind kind = VisitKind::point;
-  std::optional<std::size_t> point;  ///< index into the plan; of point, repeat, reciprocity
+  std::optional<std::size_t> point;  ///< index into the plan; of a point
   rig::PoseSolution pose;
   std::vector<rig::Joints> via;  ///< stops on the way there, around keep-outs
   double travel_s = 0.0;         ///< from the visit before
@@ -50,47 +48,41 @@ rig::Joints white_joints(const rig::RigDescription& rig);
 Itinerary session_itinerary(const rig::TravelModel& travel, const MeasurementPlan& plan,
                             const rig::Joints& white);
 
-/// With what run_session() looks at in between: the sentinel behind the opening white, and where
-/// SessionOptions::sentinel_every and the end of the points ask for it, home marks (`home_checks`:
-/// an axis tells its home delta) and the sentinel. The sentinel's pose is the white's. Throws
-/// PreflightError when keep-outs bar the way there.
-Itinerary with_session_checks(const rig::TravelModel& travel, const Itinerary& itinerary,
-                              const MeasurementPlan& plan, const SessionOptions& options,
-                              bool home_checks);
+/// What run_session() looks at between the points.
+struct SessionChecks {
+  bool home = false;  ///< home marks: an axis tells its home delta
+  bool sentinel = false;
+  bool white = false;  ///< whites between the opening and the closing one
 
-/// A check that comes again and again between the points: a sentinel, a white in between.
+  /// As options and plan ask for, on devices that tell their home deltas or not.
+  static SessionChecks of(const MeasurementPlan& plan, const SessionOptions& options,
+                          bool tells_home_delta);
+};
+
+/// With these checks: the sentinel behind the opening white, home marks and sentinel before the
+/// closing one, and in between, at most SessionOptions::sentinel_every points or sentinel_interval
+/// apart, where their detours cost least; whites likewise, at most white_interval apart. The
+/// sentinel's pose is the white's. Throws PreflightError when keep-outs bar the way there.
+Itinerary with_session_checks(const rig::TravelModel& travel, const Itinerary& itinerary,
+                              const SessionOptions& options, const SessionChecks& checks);
+
+/// A check that comes again and again between the points.
 struct PeriodicCheck {
-  VisitKind kind = VisitKind::sentinel;
-  rig::PoseSolution pose;
-  double dwell_s = 0.0;  ///< once there, with changes of the target; fewer checks save it
-  /// Most points (second halves of pairs count), and most seconds, from one check to the next, from
-  /// the opening white to the first and from the last to the closing white. Where a single point
-  /// takes longer, it stands alone.
+  /// Where it goes and what for, in this order: home marks, then the sentinel. Their dwell_s
+  /// counts, changes of the target included: fewer checks save it.
+  std::vector<PlannedVisit> stops;
+  /// Most points, and most seconds, from one check to the next, from the opening white to the first
+  /// and from the last to the closing white. Where a single point takes longer, it stands alone.
   std::size_t every_points = std::numeric_limits<std::size_t>::max();
   double every_s = std::numeric_limits<double>::infinity();
 };
 
 /// Puts the check between the points where its detours, and what it takes itself, come to the least
 /// time in all, which is found exactly. Visits before the first point and behind the last stay as
-/// they are. Throws std::invalid_argument for every_points = 0 or every_s not above 0;
+/// they are. Throws std::invalid_argument for every_points = 0, every_s not above 0 or no stop;
 /// PreflightError when no place allowed has a way there.
 Itinerary with_periodic_check(const rig::TravelModel& travel, const Itinerary& itinerary,
                               const PeriodicCheck& check);
-
-/// Pairs of measurements that have to agree.
-struct PairOptions {
-  std::size_t repeats = 0;      ///< points measured again, half the session's points later
-  std::size_t reciprocals = 0;  ///< points measured again with light and camera exchanged
-};
-
-/// Adds the second halves of the pairs. Their first halves are spread over the session: one from
-/// each of as many stretches of it (of its first half for repeats), each with the second half where
-/// the detour is least, so that a drift shows as a difference and not as an angle. Points without a
-/// pose for the exchanged geometry make no reciprocal pair; there may be fewer pairs than asked
-/// for.
-Itinerary with_pairs(const rig::TravelModel& travel, const Itinerary& itinerary,
-                     const rig::Inverse& inverse, const MeasurementPlan& plan,
-                     const PairOptions& options);
 
 /// How far a drift, linear in time, could pass for the shape of a BRDF: Pearson's correlation of
 /// the time at which points are measured with their angles; each -1 to 1, 0 where there is no

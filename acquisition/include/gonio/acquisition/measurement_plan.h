@@ -16,6 +16,8 @@ struct PlannedPoint {
   rig::PoseSolution pose;
   double travel_s = 0.0;     ///< from the point before (the first: from the white)
   double predicted_s = 0.0;  ///< travel, settling and exposures
+  /// Measured on purpose though its direction stands in the plan before: the second half of a pair.
+  bool again = false;
 };
 
 struct RefusedDirection {
@@ -44,5 +46,19 @@ rig::Joints tour_ends(const rig::RigDescription& rig);
 MeasurementPlan make_plan(const rig::Inverse& inverse,
                           const std::vector<samples::Direction>& directions, double point_seconds,
                           double overhead_seconds, std::uint64_t seed = 1);
+
+/// Pairs of measurements that have to agree.
+struct PairOptions {
+  int repeats = 0;      ///< points measured again at the same pose, half the session's points later
+  int reciprocals = 0;  ///< points measured again with light and camera exchanged
+};
+
+/// Adds the second halves of the pairs as points of their own. The first halves are spread over the
+/// session: one from each of as many stretches of it (of its first half for repeats), each with the
+/// second half where the detour is least, so that a drift shows as a difference and not as an
+/// angle. Points without a pose for the exchanged geometry make no reciprocal pair; there may be
+/// fewer pairs than asked for.
+MeasurementPlan with_pairs(const rig::Inverse& inverse, const MeasurementPlan& plan,
+                           const PairOptions& options);
 
 }  // namespace gonio::acquisition

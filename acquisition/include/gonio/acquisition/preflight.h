@@ -63,4 +63,10 @@ Preflight preflight(const DeviceSet& devices, const instrument::Instrument& inst
                     const MeasurementPlan& plan, const SessionOptions& options,
                     const Expectation* expectation = nullptr);
 
+/// What run_session() does first: the itinerary of a session that preflight() has nothing against.
+/// Throws PreflightError with the first refusal.
+Itinerary checked_itinerary(const DeviceSet& devices, const instrument::Instrument& instrument,
+                            const MeasurementPlan& plan, const SessionOptions& options,
+                            const Expectation* expectation = nullptr);
+
 }  // namespace gonio::acquisition

@@ -41,11 +41,26 @@ struct WhiteBridge {
   bool is_applied() const { return std::abs(change_relative) > 2.0 * u_relative; }
 };
 
+/// Two points of one direction, which have to agree.
+struct PairAgreement {
+  int first = 0;  ///< points of the plan, in time
+  int second = 0;
+  bool exchanged = false;        ///< light and camera: a reciprocal pair; else a repeat
+  double change_relative = 0.0;  ///< second over first, minus 1; mean of spots and colours
+  double u_relative = 0.0;       ///< k = 1: noise of both, lamp monitor, pose gone to again
+
+  /// What angles and reference explain beyond that is no fault of the session: a part in 200 for
+  /// repeats, one in 100 for exchanged ones (the limits of a calibration's verification, less its
+  /// longer exposures).
+  bool agrees() const;
+};
+
 struct Reduction {
   samples::SampleSet samples;
   std::vector<std::string> warnings;  ///< dropped sub-samples, white drift, damage found
   double white_drift_relative = 0.0;  ///< closing over opening white, worst channel, minus 1
   std::vector<WhiteBridge> bridges;   ///< of a session that was resumed
+  std::vector<PairAgreement> pairs;   ///< where both halves were measured
 };
 
 /// Pure function of archive, instrument and options. Signals are those of a straight sensor

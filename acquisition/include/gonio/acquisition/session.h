@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <stop_token>
 #include <string>
@@ -22,6 +23,8 @@
 #include "gonio/instrument/instrument.h"
 
 namespace gonio::acquisition {
+
+class Steering;
 
 /// The devices of a rig, not owned. `stages` stand in the order of the rig's axes.
 struct DeviceSet {
@@ -72,6 +75,9 @@ struct SessionOptions {
   /// session that would end before the first has none either.
   int sentinel_every = 20;
   std::chrono::nanoseconds sentinel_interval = std::chrono::minutes(30);
+  /// Most time between two whites, new darks with each; 0: opening and closing white alone. A
+  /// person who changes the target (WhitePlacement::manual) is asked for no others.
+  std::chrono::nanoseconds white_interval = std::chrono::hours(1);
   int retries = 2;  ///< of a failed device call, per point
   std::chrono::milliseconds move_timeout = std::chrono::minutes(2);
 
@@ -93,43 +99,55 @@ struct SessionResult {
   std::vector<PointRecord> points;  ///< of this run
   std::vector<std::string> warnings;
   double duration_s = 0.0;
-  bool finished = false;  ///< came to its end; false: interrupted, to be resumed
-  bool complete = false;  ///< and every point was measured
+  int planned = 0;          ///< points, with those added and without those dropped
+  std::vector<int> failed;  ///< points at which a device failed twice, to be measured by resuming
+  bool finished = false;    ///< came to its end; false: interrupted or with `failed`, to be resumed
+  bool complete = false;    ///< and every point was measured, or a decision replaced or dropped it
 };
+
+struct Expectation;  // preflight.h
 
 /// A session that does not begin at its beginning, or may not come to its end.
 struct SessionPart {
   std::map<int, PointOutcome> done;  ///< points not to be measured again
+  std::set<int> replaced;            ///< points that decisions replaced; failed ones are in `done`
+  std::set<int> dropped;             ///< points that a decision left out
+  bool enough = false;               ///< a decision ended the measuring of points
   rig::Joints last_joints;           ///< read back last before an interruption; empty: none was
   std::vector<int> unchecked;        ///< of `done`, since the axes were last compared with home
   SentinelReading sentinel;          ///< the first of the session; empty: none yet
-  std::stop_token pause;             ///< asks to end once the point under way is acknowledged
+  /// By which checks between points are placed and first exposures chosen; not owned. Null: by the
+  /// plan's times, and SessionOptions::first_exposure.
+  const Expectation* expectation = nullptr;
+  std::stop_token pause;  ///< asks to end once the point under way is acknowledged
 };
 
-/// What run_session() does first: everything that can be known to be wrong before anything moves:
-/// options, devices against rig and calibration, every point, the white in view, and a clear way
-/// along the whole itinerary. Throws PreflightError.
-void check_before_motion(const DeviceSet& devices, const instrument::Instrument& instrument,
-                         const MeasurementPlan& plan, const SessionOptions& options);
-
-/// Runs a whole session: pre-run check, home, darks, opening white, every point (axes together,
-/// settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves before
-/// the check has passed. Every exit path, also an exception, stops all axes and closes the shutter.
+/// Runs a whole session: pre-run check (preflight()), home, darks, opening white, every point (axes
+/// together, settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves
+/// before the check has passed. Every exit path, also an exception, stops all axes and closes the
+/// shutter.
 ///
 /// Trust    Where axes can tell (devices::HomingReport), they are homed again in the course and in
 ///          the end, and compared with their marks; longer sessions look at a sentinel as well.
 ///          Points since the last good check are suspect when one fails (a note), and measured
 ///          again, once. A lamp that goes off by its monitor ends the session with a Fault, to be
 ///          resumed.
+/// Steered  With `steering`, points come behind the plan's, or are left out, as it decides between
+///          two points (steering.h): each decision is noted before anything moves for it.
+/// Faults   Each has one declared outcome (docs/fault_matrix.csv, docs/adr/0011): a call is
+///          repeated, a point is measured again in the end, a device that dropped off is waited for
+///          and all axes are homed anew, or the session ends, to be resumed.
 /// Again    With points `part` says are done, it does all this but for those points: new darks and
 ///          an opening white of their own come before the rest (resume_state()).
 /// Threads  Blocks; `stop` may be requested from any thread: the point under way is abandoned, the
 ///          axes stop, the archive stays readable. `part.pause` likewise: the point is finished.
-/// Throws   PreflightError (nothing has moved), devices::DeviceError.
+/// Throws   PreflightError (nothing has moved), devices::DeviceError, what `steering` throws;
+///          std::logic_error for a decision that is none, with all axes stopped.
 SessionResult run_session(const DeviceSet& devices, const instrument::Instrument& instrument,
                           const MeasurementPlan& plan, const SessionOptions& options,
                           SessionWriter& archive,
                           const std::function<void(const SessionProgress&)>& progress = {},
-                          std::stop_token stop = {}, const SessionPart& part = {});
+                          std::stop_token stop = {}, const SessionPart& part = {},
+                          Steering* steering = nullptr);
 
 }  // namespace gonio::acquisition

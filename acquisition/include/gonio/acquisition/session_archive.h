@@ -139,6 +139,10 @@ class SessionReader {
   const std::vector<std::string>& damage() const { return damage_; }
   bool finished() const { return finished_; }
 
+  /// The archive as it was when notes()[index] was about to be written: without that note and what
+  /// came later. Throws std::out_of_range.
+  SessionReader before_note(std::size_t index) const;
+
   /// Frames named in damage(): rows `first` to `last`. Whose they were, where the row still tells.
   struct LostFrames {
     std::int64_t first = 0;

@@ -16,6 +16,11 @@ namespace gonio::acquisition {
 inline constexpr const char* kHomeDeltaNote = "home delta";
 inline constexpr const char* kSentinelNote = "sentinel";
 inline constexpr const char* kSuspectNote = "suspect";
+/// "phase: error": a device dropped off and came back, all axes were homed anew, and what the phase
+/// had begun is taken again.
+inline constexpr const char* kCameBackNote = "came back";
+/// The visit to the white that was under way does not count; why.
+inline constexpr const char* kWhiteAgainNote = "white again";
 
 /// One channel of one visit to the sentinel, the fixed pose on the sample.
 struct SentinelLevel {

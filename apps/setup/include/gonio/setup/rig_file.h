@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "gonio/acquisition/measurement_plan.h"
 #include "gonio/acquisition/reduction.h"
 #include "gonio/acquisition/session.h"
 #include "gonio/instrument/instrument.h"
@@ -36,6 +37,7 @@ struct RigFile {
   rig::RigDescription rig;
   rig::BranchSet branches;
   acquisition::SessionOptions session;
+  acquisition::PairOptions pairs;  ///< measured besides the plan
   acquisition::ReductionOptions reduction;
   instrument::WhiteReference white;  ///< without its angular table, see white_of()
   std::string certificate;           ///< that table's file, relative to the rig file; empty: none

@@ -47,6 +47,13 @@ struct Outlook {
 /// Threads  Uses all; the same figures with any number of them.
 std::optional<Outlook> outlook(const basis::Basis& basis, const basis::Fit& fit);
 
+/// Whether so little is foreseen that a result is not to be trusted: the score less half its
+/// standard deviation below kUsablePsnr_db, or samples that fit twice as badly as those of any
+/// training material.
+bool is_doubtful(const Outlook& outlook);
+/// Why, in the words of what shows it most.
+std::string doubt_text(const Outlook& outlook);
+
 struct Verdict {
   /// Nothing where no error can be foreseen (no outlook) and nothing speaks against the result.
   std::optional<bool> trusted;
