@@ -14,6 +14,7 @@
 #include "gonio/acquisition/preflight.h"
 #include "gonio/acquisition/steering.h"
 #include "point_schedule.h"
+#include "saturation.h"
 #include "standing_capture.h"
 #include "trust_checks.h"
 #include "white_pose.h"
@@ -419,8 +420,9 @@ class Session {
 
   /// At the shortest exposure nothing but an open shutter fills half the pixels by half.
   void require_dark(const devices::Frame& frame) const {
-    const double bright_dn =
-        0.5 * (frame.black_level_dn + static_cast<double>(frame.saturation_level_dn));
+    // A camera that does not say where it is full is believed to be as its calibration.
+    const double full_dn = saturation_level_dn(instrument_.sensor, frame.saturation_level_dn);
+    const double bright_dn = 0.5 * (frame.black_level_dn + full_dn);
     const auto bright = std::count_if(frame.pixels_dn.begin(), frame.pixels_dn.end(),
                                       [&](std::uint16_t dn) { return dn > bright_dn; });
     if (2 * static_cast<std::size_t>(bright) < frame.pixels_dn.size()) return;

@@ -82,6 +82,11 @@ TEST_F(Session, MeasuresEveryPointInEveryChannelAndEndsSafe) {
   EXPECT_EQ(frames(FrameKind::lamp_off).size(), 4U) << "two points, two visits to the white";
 }
 
+TEST_F(Session, TakesDarksFromACameraThatDoesNotSayWhereItIsFull) {
+  rig_.camera.saturation_level_dn = 0;
+  EXPECT_TRUE(run().complete);
+}
+
 TEST_F(Session, ShortensTheExposureUntilNothingSaturates) {
   rig_.camera.lit_dn_per_s = 2e6;  // 20 ms would be ten times saturation
   EXPECT_EQ(run().measured, 2);

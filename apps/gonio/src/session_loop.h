@@ -21,7 +21,7 @@ namespace gonio::cli {
 /// LoopSettings::until_db stops when enough is foreseen, or goes on behind the plan until then.
 ///
 /// Cost     Where it has to judge (with until_db after each point, else at the end of the plan) a
-///          reduction of all that is measured and a fit: a second or two for ten points.
+///          reduction of all that is measured and a fit.
 /// Threads  As acquisition::Steering.
 /// Errors   As SessionReader and acquisition::decisions(). What cannot be reduced or fitted is not
 ///          judged: the session goes on as planned.
