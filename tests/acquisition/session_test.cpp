@@ -48,6 +48,7 @@ class Session : public testing::Test {
     for (const auto& stage : rig_.stages) EXPECT_TRUE(stage->stopped) << stage->name();
     EXPECT_EQ(rig_.light.lit, "");
   }
+  std::vector<PointRecord> points() const { return SessionReader(folder_).points(); }
   std::vector<FrameRecord> frames(FrameKind kind) const {
     const SessionReader archive(folder_);
     std::vector<FrameRecord> found;
@@ -137,7 +138,7 @@ TEST_F(Session, CallsAPointSaturatedWhenEvenTheShortestExposureIsFull) {
   const SessionResult result = run();
   EXPECT_EQ(result.measured, 0);
   EXPECT_FALSE(result.complete);
-  EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Saturated);
+  EXPECT_EQ(points().at(0).outcome, PointOutcome::Saturated);
 }
 
 TEST_F(Session, ShortensTheExposureToTheLevelAtWhichTheCameraSaysItIsFull) {
@@ -184,11 +185,11 @@ TEST_F(Session, FailsAPointAtWhichAnAxisDoesNotStand) {
     crept = true;
     rig_.stages[1]->creep(0.06_deg);
   };
-  const SessionResult result = run();
-  EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Failed);
-  EXPECT_THAT(result.points.at(0).note, HasSubstr(rig_.stages[1]->name()));
-  EXPECT_THAT(result.points.at(0).note, HasSubstr("during an exposure"));
-  EXPECT_EQ(result.points.at(1).outcome, PointOutcome::Measured);
+  run();
+  EXPECT_EQ(points().at(0).outcome, PointOutcome::Failed);
+  EXPECT_THAT(points().at(0).note, HasSubstr(rig_.stages[1]->name()));
+  EXPECT_THAT(points().at(0).note, HasSubstr("during an exposure"));
+  EXPECT_EQ(points().at(1).outcome, PointOutcome::Measured);
   expect_safe();
 }
 
@@ -197,7 +198,8 @@ TEST_F(Session, FailsAPointAtWhichAnAxisCreepsALittleWithEachExposure) {
     if (rig_.changer.mounted() == devices::Target::sample) rig_.stages[1]->creep(0.03_deg);
   };
   options_.dark_frames = 1;
-  EXPECT_EQ(run().points.at(0).outcome, PointOutcome::Failed);
+  run();
+  EXPECT_EQ(points().at(0).outcome, PointOutcome::Failed);
 }
 
 TEST_F(Session, ReadsTheEncodersAgainWhenTheyDoNotAnswer) {
@@ -212,7 +214,8 @@ TEST_F(Session, CallsAPointTooDarkWhenEvenTheLongestExposureIsEmpty) {
   rig_.camera.on_capture = [&] {
     rig_.camera.lit_dn_per_s = rig_.changer.mounted() == devices::Target::sample ? 0.01 : 50000.0;
   };
-  EXPECT_EQ(run().points.at(0).outcome, PointOutcome::TooDark);
+  run();
+  EXPECT_EQ(points().at(0).outcome, PointOutcome::TooDark);
 }
 
 TEST_F(Session, EndsAtOnceWhenTheOpeningWhiteIsDark) {
@@ -322,8 +325,8 @@ TEST_F(Session, LeavesOutThePointsThatAreDone) {
   const SessionResult result = run({}, part);
   EXPECT_TRUE(result.complete);
   EXPECT_EQ(result.measured, 2) << "with the one done before";
-  ASSERT_EQ(result.points.size(), 1U);
-  EXPECT_EQ(result.points.front().point, 1);
+  ASSERT_EQ(points().size(), 1U);
+  EXPECT_EQ(points().front().point, 1);
   EXPECT_THAT(frames(FrameKind::dark), testing::Not(testing::IsEmpty())) << "its own darks";
   EXPECT_THAT(frames(FrameKind::white), testing::Not(testing::IsEmpty())) << "and whites";
 }
@@ -389,9 +392,9 @@ TEST_F(Session, StandsStillAfterAMoveThatNeverArrived) {
       throw devices::DeviceError(devices::DeviceErrc::Timeout, stage.name(), "not in position");
     }
   };
-  const SessionResult result = run();
-  EXPECT_EQ(result.points.at(0).outcome, PointOutcome::Failed);
-  EXPECT_EQ(result.points.at(1).outcome, PointOutcome::Measured);
+  run();
+  EXPECT_EQ(points().at(0).outcome, PointOutcome::Failed);
+  EXPECT_EQ(points().at(1).outcome, PointOutcome::Measured);
   for (const auto& stage : rig_.stages) EXPECT_GE(stage->stops, 2) << "once there, once at the end";
 }
 
@@ -459,9 +462,9 @@ TEST_F(Session, MeasuresAPointAgainInTheEndAtWhichADeviceFailed) {
     }
   };
   const SessionResult result = run();
-  ASSERT_EQ(result.points.size(), 3U);
-  EXPECT_EQ(result.points.back().point, 0) << "after the others";
-  EXPECT_EQ(result.points.back().outcome, PointOutcome::Measured);
+  ASSERT_EQ(points().size(), 3U);
+  EXPECT_EQ(points().back().point, 0) << "after the others";
+  EXPECT_EQ(points().back().outcome, PointOutcome::Measured);
   EXPECT_TRUE(result.complete);
 }
 

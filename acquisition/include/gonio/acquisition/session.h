@@ -95,8 +95,7 @@ struct SessionProgress {
 };
 
 struct SessionResult {
-  int measured = 0;                 ///< with those done before
-  std::vector<PointRecord> points;  ///< of this run
+  int measured = 0;  ///< with those done before
   std::vector<std::string> warnings;
   double duration_s = 0.0;
   int planned = 0;          ///< points, with those added and without those dropped

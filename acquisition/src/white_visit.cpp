@@ -1,0 +1,95 @@
+#include "white_visit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "bracket.h"
+#include "dark_frames.h"
+#include "standing_capture.h"
+#include "white_pose.h"
+
+namespace gonio::acquisition {
+namespace {
+
+// DeviceSet::begin_subject
+constexpr std::uint64_t kWhiteSubject = 1;
+
+/// What a bracket must have found for the white to be a reference.
+void require_reference(const CaptureContext& context, const std::string& channel,
+                       const BracketResult& found, WhiteVisit visit) {
+  const auto refuse = [&](const std::string& text) {
+    throw devices::DeviceError(devices::DeviceErrc::Fault, context.devices.devices().light->name(),
+                               text);
+  };
+  if (found.dark_regions == found.regions) {
+    const std::string text =
+        fmt::format("the white is dark in channel {} even after {:g} s: is the lamp on?", channel,
+                    devices::to_seconds(found.longest));
+    // Without a white nothing that follows would be worth anything.
+    if (visit != WhiteVisit::closing) refuse(text);
+    context.warn(text);
+  }
+  if (found.saturated_regions == found.regions && visit != WhiteVisit::closing) {
+    refuse(fmt::format("the white saturates in channel {} even at the shortest exposure", channel));
+  }
+  if (found.saturated_regions > 0) {
+    context.warn(fmt::format("white saturates in channel {} at the shortest exposure", channel));
+  }
+}
+
+/// One channel's bracket and its repetitions. Returns the lamp's flicker, as visit_white().
+std::string take_channel(const CaptureContext& context, const std::string& channel,
+                         const Regions& regions, WhiteVisit visit,
+                         std::chrono::nanoseconds& longest) {
+  GuardedDevices& devices = context.devices;
+  TrustChecks& checks = context.checks;
+  devices.light(channel);
+  FrameRecord record;
+  record.kind = FrameKind::white;
+  record.channel = channel;
+  const BracketResult found = take_bracket(devices, context.instrument, context.options, regions,
+                                           context.options.first_exposure, record, context.archive);
+  if (visit != WhiteVisit::opening) checks.require_lit(channel, found.lowest_monitor);
+  checks.set_lit_monitor(channel, found.lowest_monitor);
+  if (context.exposures) {
+    context.exposures->see_white(channel, devices.joints(), found.brightest_dn_per_s);
+  }
+  longest = std::max(longest, found.longest);
+  require_reference(context, channel, found, visit);
+  double lowest = found.lowest_monitor;
+  double highest = found.highest_monitor;
+  for (int i = 1; i < context.options.white_frames; ++i) {
+    FrameRecord repeat = record;
+    repeat.monitor = devices.read_monitor();
+    lowest = std::min(lowest, repeat.monitor);
+    highest = std::max(highest, repeat.monitor);
+    const devices::Frame frame = capture_standing(devices, found.start, repeat);
+    context.archive.append(std::move(repeat), frame);
+  }
+  return checks.flicker(channel, lowest, highest);
+}
+
+}  // namespace
+
+std::string visit_white(const CaptureContext& context, const rig::Joints& joints,
+                        WhiteVisit visit) {
+  begin_subject(context, kWhiteSubject);
+  GuardedDevices& devices = context.devices;
+  const bool in_frame = context.options.white == WhitePlacement::in_frame;
+  if (!in_frame) devices.mount(devices::Target::white);
+  devices.move_to(joints);
+  const Regions regions = white_regions(context.instrument, context.options, devices.joints());
+  auto longest = std::chrono::nanoseconds(0);
+  for (const devices::LightChannel& channel : context.channels) {
+    std::string flicker = take_channel(context, channel.name, regions, visit, longest);
+    if (!flicker.empty()) return flicker;
+  }
+  devices.close_shutter();
+  take_lamp_off(context, -1, longest);
+  if (!in_frame) devices.mount(devices::Target::sample);
+  return {};
+}
+
+}  // namespace gonio::acquisition
