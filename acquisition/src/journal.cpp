@@ -17,6 +17,10 @@
 namespace gonio::acquisition {
 namespace {
 
+/// A writer only appends: it needs few pages at hand, and a cache that is never full grows all day.
+constexpr const char* kWriterPragmas =
+    "PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL; PRAGMA cache_size = -256;";
+
 /// "gnio" in the header's application id, so that a foreign SQLite file is told apart.
 constexpr int kApplicationId = 0x676E696F;
 constexpr int kSchemaVersion = 1;
@@ -141,7 +145,7 @@ Journal::Statement Journal::prepare(const std::string& sql) const {
 
 Journal Journal::create(const std::filesystem::path& path) {
   Journal journal(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
-  journal.run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;");
+  journal.run(kWriterPragmas);
   journal.run(fmt::format("PRAGMA application_id = {}; PRAGMA user_version = {};", kApplicationId,
                           kSchemaVersion));
   std::string schema = "BEGIN;";
@@ -162,7 +166,7 @@ Journal Journal::create(const std::filesystem::path& path) {
 Journal Journal::reopen(const std::filesystem::path& path) {
   open(path);
   Journal journal(path, SQLITE_OPEN_READWRITE);
-  journal.run("PRAGMA journal_mode = WAL; PRAGMA synchronous = FULL;");
+  journal.run(kWriterPragmas);
   return journal;
 }
 

@@ -105,6 +105,10 @@ SessionLoop::SessionLoop(LoopSettings settings, const instrument::Instrument& in
       }()) {}
 
 std::optional<Decision> SessionLoop::decide(const SessionSoFar& now) {
+  // An archive of thousands of points is not read after each of them for nothing.
+  const bool all_measured = std::ranges::all_of(
+      now.done, [](const auto& point) { return point.second == PointOutcome::Measured; });
+  if (!settings_.until_db && !now.left.empty() && all_measured) return std::nullopt;
   std::optional<Decision> decision = decide(now, SessionReader(archive_));
   if (decision && console_ != nullptr) {
     if (decision->kind == Decision::Kind::remark) {
