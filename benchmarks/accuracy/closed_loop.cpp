@@ -3,6 +3,7 @@
 // docs/results/closed_loop.py makes figures of; docs/results.md, "Closed loop".
 //
 //   closed_loop FOLDER TABLE.csv [FIRST_FOLD LAST_FOLD]     folds 0 to 4
+//   closed_loop outliers FOLDER TABLE.csv                   ten points, one of them spoiled
 
 #include <fmt/format.h>
 
@@ -22,6 +23,7 @@
 #include "gonio/design/image_importance.h"
 #include "gonio/design/leave_one_out.h"
 #include "gonio/design/pose_extension.h"
+#include "gonio/quality/closed_loop.h"
 #include "gonio/quality/metrics.h"
 #include "gonio/quality/synthetic_samples.h"
 #include "gonio/quality/verdict.h"
@@ -120,37 +122,62 @@ std::vector<brdf::HalfDiff> with_failures(const basis::Basis& basis, const Desig
   return measured;
 }
 
-void run(const std::filesystem::path& folder, const std::filesystem::path& out, int first,
-         int last) {
+/// The held-out folds of the materials of a folder.
+struct Folds {
   Truth truth;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (entry.path().extension() == ".binary") truth.files.push_back(entry.path());
+  basis::TrainingSet set;
+  Eigen::MatrixXd gram;
+
+  static std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (entry.path().extension() == ".binary") files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
   }
-  std::sort(truth.files.begin(), truth.files.end());
-  basis::TrainingSet set(brdf::material_scale(truth.files.front()));
-  std::vector<basis::MaterialFile> files;
-  for (const auto& file : truth.files) files.push_back({file, ""});
-  set.add_files(files);
-  const Eigen::MatrixXd gram = basis::centred_gram(set);
-  std::ofstream table(out);
-  table << "fold,kind,material,n,psnr,expected,sd,innovation,usual_innovation,nearest\n";
-  for (int fold = first; fold <= last; ++fold) {
+
+  explicit Folds(const std::filesystem::path& folder)
+      : truth{files_in(folder)}, set(brdf::material_scale(truth.files.front())) {
+    std::vector<basis::MaterialFile> files;
+    for (const auto& file : truth.files) files.push_back({file, ""});
+    set.add_files(files);
+    gram = basis::centred_gram(set);
+  }
+
+  std::string name(std::size_t material) const { return truth.files[material].stem().string(); }
+
+  struct Fold {
+    basis::Basis basis;
+    std::vector<std::size_t> testing;
+  };
+  Fold fold(int number) const {
     std::vector<std::size_t> training;
     std::vector<std::size_t> testing;
     for (std::size_t i = 0; i < set.material_count(); ++i) {
-      (static_cast<int>(i % kFolds) == fold ? testing : training).push_back(i);
+      (static_cast<int>(i % kFolds) == number ? testing : training).push_back(i);
     }
-    const basis::Basis basis = basis::train(set, gram, training);
+    return {basis::train(set, gram, training), std::move(testing)};
+  }
+};
+
+void run(const std::filesystem::path& folder, const std::filesystem::path& out, int first,
+         int last) {
+  const Folds folds(folder);
+  std::ofstream table(out);
+  table << "fold,kind,material,n,psnr,expected,sd,innovation,usual_innovation,nearest\n";
+  for (int number = first; number <= last; ++number) {
+    const Folds::Fold fold = folds.fold(number);
+    const basis::Basis& basis = fold.basis;
     const Design design = design_for(basis);
-    for (const std::size_t material : testing) {
-      const brdf::BrdfTable known = truth.table(material);
+    for (const std::size_t material : fold.testing) {
+      const brdf::BrdfTable known = folds.truth.table(material);
       const brdf::TableBrdf model(known);
       const auto add_row = [&](const char* kind, const std::vector<brdf::HalfDiff>& directions,
                                bool foreseen) {
         const Score found = score(basis, known, model, directions, material, foreseen);
-        table << fmt::format("{},{},{},{},{:.3f}", fold, kind,
-                             truth.files[material].stem().string(), directions.size(),
-                             found.psnr_db);
+        table << fmt::format("{},{},{},{},{:.3f}", number, kind, folds.name(material),
+                             directions.size(), found.psnr_db);
         if (found.outlook) {
           const std::vector<double>& usual = found.outlook->left_out_innovations;
           table << fmt::format(",{:.3f},{:.3f},{:.4g},{:.4g},{:.4g}",
@@ -170,12 +197,50 @@ void run(const std::filesystem::path& folder, const std::filesystem::path& out, 
   }
 }
 
+/// Which poses of ten are called outliers, where none is and where one is so many times too bright.
+void run_outliers(const std::filesystem::path& folder, const std::filesystem::path& out) {
+  const Folds folds(folder);
+  std::ofstream table(out);
+  table << "fold,material,times,found,others\n";
+  for (int number = 0; number < kFolds; ++number) {
+    const Folds::Fold fold = folds.fold(number);
+    const Design design = design_for(fold.basis);
+    for (const std::size_t material : fold.testing) {
+      const brdf::TableBrdf model(folds.truth.table(material));
+      random::Stream draw(random::make_key(kSeed, "closed_loop.outliers", material));
+      const int spoiled =
+          std::min(9, static_cast<int>(draw.uniform() * static_cast<double>(design.ten.size())));
+      for (const double times : {1.0, 1.3, 2.0, 4.0}) {
+        samples::SampleSet set = quality::synthetic_samples(model, fold.basis.scale, design.ten, {},
+                                                            kNoise, kSeed, material);
+        for (samples::Sample& sample : set.samples) {
+          if (sample.pose != spoiled) continue;
+          sample.value_per_sr *= times;
+          sample.sigma_per_sr *= times;
+        }
+        const std::vector<int> found = quality::outlying_poses(set, basis::fit(fold.basis, set));
+        const auto right = std::count(found.begin(), found.end(), spoiled);
+        table << fmt::format("{},{},{},{},{}\n", number, folds.name(material), times, right,
+                             static_cast<std::ptrdiff_t>(found.size()) - right)
+              << std::flush;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace gonio
 
 int main(int argc, char** argv) {
+  if (argc == 4 && std::string(argv[1]) == "outliers") {
+    gonio::run_outliers(argv[2], argv[3]);
+    return 0;
+  }
   if (argc != 3 && argc != 5) {
-    std::fputs("closed_loop FOLDER TABLE.csv [FIRST_FOLD LAST_FOLD]\n", stderr);
+    std::fputs(
+        "closed_loop FOLDER TABLE.csv [FIRST_FOLD LAST_FOLD]\n"
+        "closed_loop outliers FOLDER TABLE.csv\n",
+        stderr);
     return 2;
   }
   gonio::run(argv[1], argv[2], argc == 5 ? std::atoi(argv[3]) : 0,
