@@ -201,7 +201,7 @@ void run(const std::filesystem::path& folder, const std::filesystem::path& out, 
 void run_outliers(const std::filesystem::path& folder, const std::filesystem::path& out) {
   const Folds folds(folder);
   std::ofstream table(out);
-  table << "fold,material,times,found,others\n";
+  table << "fold,material,times,limit,found,others\n";
   for (int number = 0; number < kFolds; ++number) {
     const Folds::Fold fold = folds.fold(number);
     const Design design = design_for(fold.basis);
@@ -218,11 +218,14 @@ void run_outliers(const std::filesystem::path& folder, const std::filesystem::pa
           sample.value_per_sr *= times;
           sample.sigma_per_sr *= times;
         }
-        const std::vector<int> found = quality::outlying_poses(set, basis::fit(fold.basis, set));
-        const auto right = std::count(found.begin(), found.end(), spoiled);
-        table << fmt::format("{},{},{},{},{}\n", number, folds.name(material), times, right,
-                             static_cast<std::ptrdiff_t>(found.size()) - right)
-              << std::flush;
+        const basis::Fit fit = basis::fit(fold.basis, set);
+        for (const double limit : {2.0, 2.5, 3.0, 4.0, 5.0}) {
+          const std::vector<int> found = quality::outlying_poses(set, fit, limit);
+          const auto right = std::count(found.begin(), found.end(), spoiled);
+          table << fmt::format("{},{},{},{},{},{}\n", number, folds.name(material), times, limit,
+                               right, static_cast<std::ptrdiff_t>(found.size()) - right)
+                << std::flush;
+        }
       }
     }
   }

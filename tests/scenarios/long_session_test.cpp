@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kPoints = 5000;
 constexpr double kEightHours_s = 8.0 * 3600.0;
-constexpr double kDimmer = 60.0;
+constexpr double kDimmer = 75.0;
 constexpr double kFlat = 0.05;
 constexpr int kLooks = 20;
 
