@@ -15,7 +15,7 @@
 namespace gonio::acquisition {
 namespace {
 
-/// Frames of one visit to the white: no frame of the sample lies between them.
+/// Frames of one visit to the white, which ends with its lamp-off frame.
 struct Visit {
   std::size_t part = 0;
   std::map<std::string, std::vector<const FrameRecord*>> frames;  ///< by channel
@@ -41,7 +41,8 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
       part = parts.of(record);
     }
     if (record.kind == FrameKind::white) {
-      if (!open) visits.push_back({part, {}, nullptr});
+      // Nor need a frame of the sample lie between two visits: all points may be done.
+      if (!open || visits.back().lamp_off) visits.push_back({part, {}, nullptr});
       open = true;
       visits.back().frames[record.channel].push_back(&record);
     } else if (record.kind == FrameKind::lamp_off && record.point < 0 && open) {

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Figures of the closed loop, from what benchmarks/accuracy/closed_loop has written.
 
-closed_loop.py TABLE.csv... [--margin DB]
+closed_loop.py TABLE.csv... [--margin DB] [--nested]
+closed_loop.py TABLE.csv --outliers
 
 Points that fail: mean PSNR of ten points, of what is left when each fails with 20 %, and with
 replacements. --until: for each wanted score, over the held-out materials that reach it within 40
@@ -16,6 +17,8 @@ import csv
 
 WANTED_DB = (30, 33, 36, 38)
 ALLOWED_SHORT_DB = 1.5
+MARGINS = [0.25 * i for i in range(13)]
+KEPT_SHARE = 0.85  # 80 % are wanted
 
 
 def read(paths):
@@ -77,6 +80,47 @@ def until(rows, margin):
                   f"{sum(points) / sum(oracle):5.2f}  {100 * cheap / count:13.0f} %")
 
 
+def nested(rows):
+    """Each fold with the margin that the other folds ask for: the least that keeps every wish's share
+    at KEPT_SHARE or more."""
+    folds = sorted({row["fold"] for row in rows})
+    by_fold = {fold: histories([row for row in rows if row["fold"] == fold]) for fold in folds}
+    margins = {}
+    for fold in folds:
+        others = [each for other in folds if other != fold for each in by_fold[other]]
+
+        def share(margin):
+            found = [stops(others, wanted, margin) for wanted in WANTED_DB]
+            return min(good / len(points) for good, _, points, _ in found)
+
+        margins[fold] = next((m for m in MARGINS if share(m) >= KEPT_SHARE), MARGINS[-1])
+    print("nested, margins by fold: " + ", ".join(f"{f}: {m:g} dB" for f, m in margins.items()))
+    print("wanted  reach it  true >= wanted - 1.5  points  oracle  ratio")
+    for wanted in WANTED_DB:
+        good, points, oracle = 0, [], []
+        for fold in folds:
+            right, _, taken, least = stops(by_fold[fold], wanted, margins[fold])
+            good += right
+            points += taken
+            oracle += least
+        print(f"{wanted:4} dB  {len(points):8}  {100 * good / len(points):18.0f} %  "
+              f"{sum(points) / len(points):6.1f}  {sum(oracle) / len(points):6.1f}  "
+              f"{sum(points) / sum(oracle):5.2f}")
+
+
+def outliers(paths):
+    """How often a spoiled pose is found, and others are named, by limit and by how much it is off."""
+    found = collections.defaultdict(list)
+    for row in read(paths):
+        key = (float(row["limit"]), float(row["times"]))
+        found[key].append((int(row["found"]) > 0, int(row["others"]) > 0))
+    print("limit  times  materials  found  others named")
+    for (limit, times), each in sorted(found.items()):
+        right = "-" if times == 1.0 else f"{100 * sum(r for r, _ in each) / len(each):.0f} %"
+        others = 100 * sum(o for _, o in each) / len(each)
+        print(f"{limit:5g}  {times:5g}  {len(each):9}  {right:>5}  {others:10.0f} %")
+
+
 def doubtful(rows):
     """Whether more points help materials of whom little is foreseen."""
     materials = histories(rows)
@@ -96,10 +140,17 @@ def doubtful(rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("tables", nargs="+")
-    parser.add_argument("--margin", type=float, default=1.0)
+    parser.add_argument("--margin", type=float, default=0.5)
+    parser.add_argument("--nested", action="store_true", help="margins from the other folds")
+    parser.add_argument("--outliers", action="store_true", help="tables of `closed_loop outliers`")
     options = parser.parse_args()
+    if options.outliers:
+        outliers(options.tables)
+        return
     rows = read(options.tables)
     replacement(rows)
+    if options.nested:
+        nested(rows)
     until(rows, options.margin)
     doubtful(rows)
 

@@ -206,6 +206,44 @@ TEST_F(KillSweep, LosesNothingWhereverAResumedSessionEndsAgain) {
   std::printf("%zu operations, every %zu: %d resumed twice\n", count, step, resumed_);
 }
 
+TEST_F(KillSweep, LosesNothingWhereTheClosingWhiteEndsTwice) {
+  // No frame of the sample lies between the opening white of the second part and its closing one.
+  options_.sentinel_every = 0;
+  options_.first_exposure = std::chrono::microseconds(200);  // two frames of each channel
+  const auto begins_at = [](const RecordedDisk& disk, std::size_t& count) {
+    return [&](const acquisition::SessionProgress& now) {
+      if (now.phase == "closing white") count = disk.count();
+    };
+  };
+  const TemporaryFolder folder;
+  const std::filesystem::path whole = folder.path() / "whole";
+  const std::filesystem::path cut = folder.path() / "cut";
+  {
+    RecordedDisk disk(whole);
+    std::size_t closing = 0;
+    begin(whole, begins_at(disk, closing));
+    disk.restore(closing, Loss::nothing, 0, cut);
+  }
+  wanted_ = samples_of(whole);
+  const TemporaryFolder again;
+  const std::filesystem::path second = again.path() / "session";
+  std::filesystem::copy(cut, second, std::filesystem::copy_options::recursive);
+  RecordedDisk disk(second);
+  std::size_t closing = 0;
+  EXPECT_TRUE(resume(second, begins_at(disk, closing)).complete);
+  ASSERT_GT(closing, 0U);
+  constexpr std::size_t kStep = 5;
+  for (std::size_t k = closing; k < disk.count(); k += kStep) {
+    SCOPED_TRACE(testing::Message() << "operation " << k << " of " << disk.count());
+    const TemporaryFolder disk_after;
+    const std::filesystem::path twice = disk_after.path() / "session";
+    disk.restore(k, Loss::nothing, k, twice);
+    expect_resumes(twice, 12);
+    if (HasFailure()) return;
+  }
+  EXPECT_GT(resumed_, 5);
+}
+
 TEST_F(KillSweep, DoesNothingWithAFinishedSession) {
   const TemporaryFolder folder;
   const std::filesystem::path whole = folder.path() / "whole";
