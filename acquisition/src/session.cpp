@@ -92,6 +92,8 @@ class Session {
       begin_subject(context_, kSentinelSubject);
       checks_.visit_sentinel({});
     });
+    std::string unbridged = checks_.compare_light_with_last_part();
+    if (!unbridged.empty()) result_.warnings.push_back(std::move(unbridged));
     if (!take_points() || paused()) return;
     report("closing white");
     take_steady_white(WhiteVisit::closing);
