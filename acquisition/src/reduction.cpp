@@ -40,7 +40,7 @@ struct Spot {
 };
 
 /// Frames of one point.
-struct PointFrames {
+struct FramesOfPoint {
   std::size_t part = 0;
   std::map<std::string, std::vector<const FrameRecord*>> lit;
   const FrameRecord* lamp_off = nullptr;
@@ -48,9 +48,9 @@ struct PointFrames {
 
 /// Frames of the points that ended as measured; the others are named in `warnings`. Of a point that
 /// was measured again after a kill, the last time counts.
-std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archive,
-                                                     const SessionParts& parts,
-                                                     std::vector<std::string>& warnings) {
+std::map<int, FramesOfPoint> frames_of_measured_points(const SessionReader& archive,
+                                                       const SessionParts& parts,
+                                                       std::vector<std::string>& warnings) {
   /// When the point's last row lies, and the one before.
   struct Span {
     std::chrono::nanoseconds after{-1};
@@ -65,7 +65,7 @@ std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archiv
     Span& span = spans[point.point];
     span = {span.until, point.finished_at};
   }
-  std::map<int, PointFrames> points;
+  std::map<int, FramesOfPoint> points;
   std::set<int> left_out;
   for (const FrameRecord& record : archive.frames()) {
     if (record.point < 0) continue;
@@ -82,7 +82,7 @@ std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archiv
     // A suspect was measured again in the same part.
     const Span& span = spans[record.point];
     if (record.exposure_start < span.after || record.exposure_start > span.until) continue;
-    PointFrames& frames = points[record.point];
+    FramesOfPoint& frames = points[record.point];
     frames.part = parts.of(record);
     if (record.kind == FrameKind::sample) frames.lit[record.channel].push_back(&record);
     if (record.kind == FrameKind::lamp_off) frames.lamp_off = &record;

@@ -35,8 +35,8 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
     const bool began_again = next_again != again.end() && record.exposure_start >= *next_again;
     while (next_again != again.end() && record.exposure_start >= *next_again) ++next_again;
     if (parts.of(record) != part || began_again) {
-      // The lamp-off frame comes last.
-      if (open && !visits.back().lamp_off) visits.pop_back();
+      // The lamp-off frame comes last; it may be what the visit is taken again for.
+      if (open && (began_again || !visits.back().lamp_off)) visits.pop_back();
       open = false;
       part = parts.of(record);
     }
