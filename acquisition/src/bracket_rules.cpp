@@ -118,9 +118,11 @@ BracketResult bracket_exposures(
     longest_readings = expose_counted(longest);
     update_rates(longest_readings, longest);
   }
+  std::optional<double> dimmest_dn_per_s;
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (!rates_dn_per_s[i]) continue;
     result.brightest_dn_per_s = std::max(result.brightest_dn_per_s, *rates_dn_per_s[i]);
+    dimmest_dn_per_s = std::min(dimmest_dn_per_s.value_or(*rates_dn_per_s[i]), *rates_dn_per_s[i]);
     if (*rates_dn_per_s[i] * exposed_s(longest) <
         signal_dn(sensor, kDarkRelativeSigma, spot_pixels(options, readings[i].pixels))) {
       ++result.dark_regions;
@@ -129,6 +131,7 @@ BracketResult bracket_exposures(
     if (found < (1.0 - kShortTolerance) * wanted_dn(readings[i])) ++result.short_regions;
   }
 
+  result.dimmest_dn_per_s = std::max(0.0, dimmest_dn_per_s.value_or(0.0));
   result.longest = longest;
   const auto brightest = std::max_element(
       readings.begin(), readings.end(),

@@ -24,6 +24,7 @@ struct BracketResult {
   int short_regions = 0;      ///< not saturated, but short of the wanted precision at the longest
   int regions = 0;
   double brightest_dn_per_s = 0.0;  ///< mean of the brightest region that is not saturated
+  double dimmest_dn_per_s = 0.0;    ///< the same of the dimmest; 0: none
   double lowest_monitor = 0.0;      ///< of the readings beside its frames; 0 without a monitor
   double highest_monitor = 0.0;
 };

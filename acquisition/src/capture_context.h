@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "ambient_watch.h"
 #include "exposure_prediction.h"
 #include "gonio/acquisition/guarded_devices.h"
 #include "trust_checks.h"
@@ -18,6 +19,7 @@ struct CaptureContext {
   const SessionOptions& options;
   SessionWriter& archive;
   TrustChecks& checks;
+  AmbientWatch& ambient;
   std::optional<ExposurePrediction>& exposures;  ///< none where nothing is expected
   std::vector<devices::LightChannel> channels;
   std::function<void(std::string)> warn;  ///< into the archive and what the session returns

@@ -35,22 +35,27 @@ devices::Frame take(const CaptureContext& context, FrameRecord& record,
 void take_darks(const CaptureContext& context) {
   begin_subject(context, kDarkSubject);
   context.devices.close_shutter();
+  context.ambient.begin_darks();
   const auto shortest = context.devices.devices().camera->info().min_exposure;
   for (int i = 0; i < context.options.dark_frames; ++i) {
     FrameRecord record;
     record.kind = FrameKind::dark;
     const devices::Frame frame = take(context, record, shortest);
     require_dark(context, frame);
+    context.ambient.add_dark(frame);
     context.archive.append(std::move(record), frame);
   }
 }
 
-void take_lamp_off(const CaptureContext& context, int point, std::chrono::nanoseconds exposure) {
+std::string take_lamp_off(const CaptureContext& context, int point,
+                          std::chrono::nanoseconds exposure, const Regions& regions,
+                          double dimmest_dn_per_s) {
   FrameRecord record;
   record.kind = FrameKind::lamp_off;
   record.point = point;
   const devices::Frame frame = take(context, record, exposure);
   context.archive.append(std::move(record), frame);
+  return context.ambient.changed(frame, regions, dimmest_dn_per_s);
 }
 
 }  // namespace gonio::acquisition

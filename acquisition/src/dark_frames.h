@@ -1,5 +1,8 @@
 #pragma once
 
+#include <chrono>
+#include <string>
+
 #include "capture_context.h"
 
 namespace gonio::acquisition {
@@ -9,6 +12,10 @@ namespace gonio::acquisition {
 void take_darks(const CaptureContext& context);
 
 /// A frame behind the shutter, which is closed, for the light of the room; of a point, or -1.
-void take_lamp_off(const CaptureContext& context, int point, std::chrono::nanoseconds exposure);
+/// Returns what that light did since the last one, as AmbientWatch::changed() of a target of these
+/// `regions`.
+std::string take_lamp_off(const CaptureContext& context, int point,
+                          std::chrono::nanoseconds exposure, const Regions& regions,
+                          double dimmest_dn_per_s);
 
 }  // namespace gonio::acquisition

@@ -21,8 +21,27 @@ double read_variance_dn2(const instrument::SensorModel& sensor) {
 
 }  // namespace
 
+void check_sizes(const SessionReader& archive, const instrument::Instrument& instrument) {
+  const instrument::CameraModel& camera = instrument.camera;
+  for (const FrameRecord& record : archive.frames()) {
+    const auto [width, height] = archive.frame_size(record);
+    if (width != camera.width_px || height != camera.height_px) {
+      throw DataFormatError(archive.folder() / record.file, "frame size",
+                            fmt::format("found {} x {} px, the calibration is for {} x {} px",
+                                        width, height, camera.width_px, camera.height_px));
+    }
+    if (record.joints.size() != instrument.rig.axes.size()) {
+      throw DataFormatError(archive.folder() / record.file, "joints",
+                            fmt::format("found {}, the calibrated rig has {} axes",
+                                        record.joints.size(), instrument.rig.axes.size()));
+    }
+  }
+}
+
 std::vector<MeanDark> mean_darks(const SessionReader& archive, const SessionParts& parts,
-                                 const instrument::SensorModel& sensor, std::size_t pixel_count) {
+                                 const instrument::Instrument& instrument) {
+  const auto pixel_count = static_cast<std::size_t>(instrument.camera.width_px) *
+                           static_cast<std::size_t>(instrument.camera.height_px);
   MeanDark all{std::vector<double>(pixel_count, 0.0), 0};
   std::vector<MeanDark> darks(parts.count(), all);
   for (const FrameRecord& record : archive.frames()) {
@@ -36,7 +55,7 @@ std::vector<MeanDark> mean_darks(const SessionReader& archive, const SessionPart
   for (MeanDark& dark : darks) {
     if (dark.frames == 0) dark = all;
     for (double& value : dark.offset_dn) {
-      value = dark.frames > 0 ? value / dark.frames : sensor.black_level_dn;
+      value = dark.frames > 0 ? value / dark.frames : instrument.sensor.black_level_dn;
     }
   }
   return darks;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
+#include <utility>
 
 #include "bracket.h"
 #include "dark_frames.h"
@@ -28,6 +30,7 @@ PointFrames take_point_frames(const CaptureContext& context, int point,
     predicted = context.exposures->at(static_cast<std::size_t>(point), devices.joints(), expected);
   }
   PointFrames result;
+  double dimmest = std::numeric_limits<double>::infinity();
   bool all_saturated = false;
   bool all_dark = false;
   for (const devices::LightChannel& channel : context.channels) {
@@ -40,8 +43,9 @@ PointFrames take_point_frames(const CaptureContext& context, int point,
     const BracketResult found =
         take_bracket(devices, instrument, options, regions, start, record, context.archive);
     context.checks.require_lit(channel.name, found.lowest_monitor);
-    if (result.flicker.empty()) {
-      result.flicker =
+    dimmest = std::min(dimmest, found.dimmest_dn_per_s);
+    if (result.unsteady.empty()) {
+      result.unsteady =
           context.checks.flicker(channel.name, found.lowest_monitor, found.highest_monitor);
     }
     start = found.start;
@@ -50,7 +54,8 @@ PointFrames take_point_frames(const CaptureContext& context, int point,
     all_dark = all_dark || found.dark_regions == found.regions;
   }
   devices.close_shutter();
-  take_lamp_off(context, point, longest);
+  std::string room = take_lamp_off(context, point, longest, regions, dimmest);
+  if (result.unsteady.empty()) result.unsteady = std::move(room);
   result.outcome = all_saturated ? PointOutcome::Saturated
                    : all_dark    ? PointOutcome::TooDark
                                  : PointOutcome::Measured;

@@ -7,7 +7,7 @@ namespace gonio::acquisition {
 /// What the frames of a point came to.
 struct PointFrames {
   PointOutcome outcome = PointOutcome::Failed;
-  std::string flicker;  ///< why the lamp was not steady; empty: it was
+  std::string unsteady;  ///< why the light, the lamp's or the room's, was not; empty: it was
 };
 
 /// Takes the brackets of all channels where the axes stand, and a lamp-off frame. `expected`: the

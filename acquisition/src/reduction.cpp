@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "gonio/acquisition/session.h"
 #include "gonio/acquisition/trust_notes.h"
 #include "gonio/errors/errors.h"
 #include "gonio/instrument/measurement_equation.h"
@@ -39,7 +40,7 @@ struct Spot {
 };
 
 /// Frames of one point.
-struct PointFrames {
+struct FramesOfPoint {
   std::size_t part = 0;
   std::map<std::string, std::vector<const FrameRecord*>> lit;
   const FrameRecord* lamp_off = nullptr;
@@ -47,9 +48,9 @@ struct PointFrames {
 
 /// Frames of the points that ended as measured; the others are named in `warnings`. Of a point that
 /// was measured again after a kill, the last time counts.
-std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archive,
-                                                     const SessionParts& parts,
-                                                     std::vector<std::string>& warnings) {
+std::map<int, FramesOfPoint> frames_of_measured_points(const SessionReader& archive,
+                                                       const SessionParts& parts,
+                                                       std::vector<std::string>& warnings) {
   /// When the point's last row lies, and the one before.
   struct Span {
     std::chrono::nanoseconds after{-1};
@@ -64,7 +65,7 @@ std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archiv
     Span& span = spans[point.point];
     span = {span.until, point.finished_at};
   }
-  std::map<int, PointFrames> points;
+  std::map<int, FramesOfPoint> points;
   std::set<int> left_out;
   for (const FrameRecord& record : archive.frames()) {
     if (record.point < 0) continue;
@@ -81,31 +82,12 @@ std::map<int, PointFrames> frames_of_measured_points(const SessionReader& archiv
     // A suspect was measured again in the same part.
     const Span& span = spans[record.point];
     if (record.exposure_start < span.after || record.exposure_start > span.until) continue;
-    PointFrames& frames = points[record.point];
+    FramesOfPoint& frames = points[record.point];
     frames.part = parts.of(record);
     if (record.kind == FrameKind::sample) frames.lit[record.channel].push_back(&record);
     if (record.kind == FrameKind::lamp_off) frames.lamp_off = &record;
   }
   return points;
-}
-
-/// Every frame must be of the instrument's camera and every pose of its rig.
-void check_sizes(const SessionReader& archive, const instrument::Instrument& instrument,
-                 const std::filesystem::path& place) {
-  const instrument::CameraModel& camera = instrument.camera;
-  for (const FrameRecord& record : archive.frames()) {
-    const auto [width, height] = archive.frame_size(record);
-    if (width != camera.width_px || height != camera.height_px) {
-      throw DataFormatError(place / record.file, "frame size",
-                            fmt::format("found {} x {} px, the calibration is for {} x {} px",
-                                        width, height, camera.width_px, camera.height_px));
-    }
-    if (record.joints.size() != instrument.rig.axes.size()) {
-      throw DataFormatError(place / record.file, "joints",
-                            fmt::format("found {}, the calibrated rig has {} axes",
-                                        record.joints.size(), instrument.rig.axes.size()));
-    }
-  }
 }
 
 /// Centres of the grid over the usable sample; one spot lies in the middle.
@@ -222,6 +204,16 @@ void ReductionOptions::validate() const {
           "above 0");
 }
 
+void set_geometry(const SessionOptions& session, ReductionOptions& options) {
+  options.sample_half_width_mm = session.sample_half_width_mm;
+  options.edge_margin_mm = session.edge_margin_mm;
+  options.spot_half_width_mm = session.spot_half_width_mm;
+  options.white_half_width_mm = session.white_half_width_mm;
+  options.white_in_frame = session.white == WhitePlacement::in_frame;
+  options.white_patch_mm = session.white_patch_mm;
+  options.white_patch_half_width_mm = session.white_patch_half_width_mm;
+}
+
 Reduction reduce(const SessionReader& archive, const instrument::Instrument& instrument,
                  const ReductionOptions& options) {
   options.validate();
@@ -229,15 +221,13 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   reduction.samples.scale = brdf::RadiometricScale::si;
   reduction.warnings = archive.damage();
   const std::filesystem::path place = archive.folder();
-  check_sizes(archive, instrument, place);
+  check_sizes(archive, instrument);
   const ColourLayout colours(archive, place);
-  const auto pixel_count = static_cast<std::size_t>(instrument.camera.width_px) *
-                           static_cast<std::size_t>(instrument.camera.height_px);
   const SessionParts parts(archive);
-  const std::vector<MeanDark> darks = mean_darks(archive, parts, instrument.sensor, pixel_count);
+  const std::vector<MeanDark> darks = mean_darks(archive, parts, instrument);
   const std::set<std::string> monitored = monitored_channels(archive);
   const WhiteLevel white =
-      white_level(archive, instrument, options, colours, parts, darks, monitored, place);
+      white_level(archive, instrument, options, colours, parts, darks, monitored);
   reduction.warnings.insert(reduction.warnings.end(), white.warnings.begin(), white.warnings.end());
   reduction.white_drift_relative = white.drift();
   if (std::abs(white.drift()) > kUsualDrift) {
@@ -249,18 +239,14 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   const std::vector<std::uint8_t> bad_pixels = instrument::bad_pixel_mask(
       instrument.sensor, instrument.camera.width_px, instrument.camera.height_px);
   reduction.bridges = white.bridges;
-  for (const WhiteBridge& bridge : white.bridges) {
-    if (!bridge.is_applied()) continue;
-    reduction.warnings.push_back(fmt::format(
-        "white at {:.0f} s, after an interruption, is {:+.2f} +- {:.2f} % off the one before: what "
-        "lies before it is taken with the whites before, what lies after it with those after",
-        bridge.at_s, 100.0 * bridge.change_relative, 100.0 * bridge.u_relative));
+  for (const PartBridge& bridge : white.bridges) {
+    if (bridge.is_applied() || bridge.is_refused()) reduction.warnings.push_back(to_text(bridge));
   }
   const std::map<int, std::string> suspects = suspect_points(archive);
   for (const auto& [point, why] : suspects) {
     reduction.warnings.push_back(fmt::format("point {}: suspect: {}", point, why));
   }
-  const double u_drift = white.largest_change() / std::sqrt(12.0);
+  const double u_drift = white.u_unseen();
 
   for (const auto& [index, frames] :
        frames_of_measured_points(archive, parts, reduction.warnings)) {
@@ -339,6 +325,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
       }
       set_direction(spot, sample);
       if (suspects.contains(index)) add_flag(sample, "suspect");
+      if (white.is_unbridged(frames.part)) add_flag(sample, "unbridged");
       sample.u_tilt = instrument::half_vector_sigma(instrument, sample.direction.theta_d);
       reduction.samples.samples.push_back(std::move(sample));
     }

@@ -46,12 +46,14 @@ class Session {
         steering_(part.enough ? nullptr : steering),
         white_joints_(white_joints(instrument.rig)),
         checks_(devices_, instrument, plan, options, archive, part, white_joints_),
+        ambient_(instrument.sensor, options),
         points_(plan, part, itinerary),
         context_{devices_,
                  instrument,
                  options,
                  archive,
                  checks_,
+                 ambient_,
                  exposures_,
                  devices.light->channels(),
                  [this](std::string text) { warn(std::move(text)); }} {
@@ -92,6 +94,8 @@ class Session {
       begin_subject(context_, kSentinelSubject);
       checks_.visit_sentinel({});
     });
+    std::string unbridged = checks_.compare_light_with_last_part();
+    if (!unbridged.empty()) result_.warnings.push_back(std::move(unbridged));
     if (!take_points() || paused()) return;
     report("closing white");
     take_steady_white(WhiteVisit::closing);
@@ -256,14 +260,14 @@ class Session {
     point.point = index;
     point.commanded = planned.direction;
     point.branch = rig::to_char(planned.pose.branch);
-    std::string flicker;
+    std::string unsteady;
     try {
       point.joints = devices_.move_to(planned.pose.joints);
       PointFrames frames = take_point_frames(
           context_, index,
           steering_ != nullptr ? steering_->expected() : std::optional<ExpectedSample>());
       point.outcome = frames.outcome;
-      flicker = std::move(frames.flicker);
+      unsteady = std::move(frames.unsteady);
     } catch (const devices::DeviceError& error) {
       // What a retry could not mend at this point may work at the next; anything else ends it all.
       const bool local = error.code() == devices::DeviceErrc::Timeout ||
@@ -287,7 +291,7 @@ class Session {
     acknowledge(point);
     failures_in_a_row_ = 0;
     since_check_.push_back(index);
-    if (!flicker.empty()) distrust({index}, flicker);
+    if (!unsteady.empty()) distrust({index}, unsteady);
   }
 
   void acknowledge(PointRecord& point) {
@@ -324,6 +328,7 @@ class Session {
   rig::Joints white_joints_;
   std::chrono::nanoseconds started_{0};
   TrustChecks checks_;
+  AmbientWatch ambient_;
   std::optional<ExposurePrediction> exposures_;
   PointSchedule points_;
   CaptureContext context_;

@@ -284,6 +284,8 @@ void SessionWriter::finish(std::chrono::nanoseconds at) {
   state_->journal.close_log();
 }
 
+const std::filesystem::path& SessionWriter::folder() const { return state_->folder; }
+
 void SessionWriter::observe(ArchiveObserver* observer) { state_->observer = observer; }
 
 SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(folder) {

@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "gonio/acquisition/reduction.h"
 #include "gonio/devices/homing_report.h"
+#include "gonio/errors/errors.h"
 #include "session_checks.h"
+#include "session_parts.h"
 #include "standing_capture.h"
 
 namespace gonio::acquisition {
@@ -51,6 +54,24 @@ void TrustChecks::compare_with_last_part(const Distrust& distrust) {
   last_check_ = devices_.now();
   if (part_.last_joints.size() != devices_.devices().stages.size()) return;
   note_deltas(part_.last_joints, true, distrust);
+}
+
+std::string TrustChecks::compare_light_with_last_part() {
+  if (part_.last_joints.empty()) return {};
+  try {
+    ReductionOptions options;
+    set_geometry(options_, options);
+    const SessionReader archive(archive_.folder());
+    const std::vector<PartBridge> found = bridges(archive, instrument_, options);
+    if (found.empty() || found.back().part + 1 != SessionParts(archive).count()) return {};
+    const std::string text = to_text(found.back());
+    archive_.note(devices_.now(), found.back().is_refused() ? kUnbridgedNote : kBridgeNote, text);
+    return found.back().is_refused() ? text : std::string();
+  } catch (const DataFormatError& error) {
+    // What was stored before must not end what can still be measured; reducing it will tell.
+    archive_.note(devices_.now(), "warning", fmt::format("not bridged: {}", error.what()));
+    return error.what();
+  }
 }
 
 void TrustChecks::compare_after_loss(const rig::Joints& believed, const Distrust& distrust) {

@@ -42,6 +42,9 @@ class TrustChecks {
 
   /// After the homing at the start: against where the part before left the axes.
   void compare_with_last_part(const Distrust& distrust);
+  /// After white and sentinel at the start: the light against the part before. Returns what there
+  /// is to warn of; empty: nothing.
+  std::string compare_light_with_last_part();
   /// After the homing that followed a device's absence: against where the axes were read last.
   void compare_after_loss(const rig::Joints& believed, const Distrust& distrust);
   /// To the sentinel; the first reading of a session becomes what others are compared with.

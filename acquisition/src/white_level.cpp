@@ -35,8 +35,8 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
     const bool began_again = next_again != again.end() && record.exposure_start >= *next_again;
     while (next_again != again.end() && record.exposure_start >= *next_again) ++next_again;
     if (parts.of(record) != part || began_again) {
-      // The lamp-off frame comes last.
-      if (open && !visits.back().lamp_off) visits.pop_back();
+      // The lamp-off frame comes last; it may be what the visit is taken again for.
+      if (open && (began_again || !visits.back().lamp_off)) visits.pop_back();
       open = false;
       part = parts.of(record);
     }
@@ -54,31 +54,83 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
   return visits;
 }
 
-/// From the last white of each part to the first of the next that has one. A monitor's reading is
-/// in both, and is known to `u_monitor`.
-std::vector<WhiteBridge> bridges_between(const std::vector<WhiteLevel::Visit>& visits,
-                                         double u_monitor) {
-  std::vector<WhiteBridge> bridges;
+/// Colours of a reading; none: a channel is missing.
+std::optional<LevelChange> change_between(const SentinelReading& before,
+                                          const SentinelReading& after,
+                                          const ColourLayout& colours) {
+  LevelChange change;
+  for (int colour = 0; colour < 3; ++colour) {
+    const std::string& channel = colours.channels().at(colours.channel_of(colour));
+    const auto from = before.find(channel);
+    const auto to = after.find(channel);
+    if (from == before.end() || to == after.end()) return std::nullopt;
+    const SentinelChange own = sentinel_change(from->second, to->second, 0.0);
+    change.relative[colour] = own.relative;
+    change.variance[colour] = own.u * own.u;
+  }
+  return change;
+}
+
+/// The sentinel next to a white in its part: both then say how bright the light was at one time.
+const SentinelVisit* sentinel_beside(const std::vector<SentinelVisit>& sentinels,
+                                     const SessionParts& parts, const WhiteLevel::Visit& white) {
+  const SentinelVisit* nearest = nullptr;
+  const auto apart_s = [&](const SentinelVisit& visit) {
+    return std::abs(devices::to_seconds(visit.at) - white.time_s);
+  };
+  for (const SentinelVisit& visit : sentinels) {
+    if (parts.at(visit.at) != white.part) continue;
+    if (nearest == nullptr || apart_s(visit) < apart_s(*nearest)) nearest = &visit;
+  }
+  return nearest;
+}
+
+/// Sets two whites the bridge's factor apart: each gives way as far as its noise lets it.
+void put_apart(const PartBridge& bridge, WhiteLevel::Visit& before, WhiteLevel::Visit& after) {
+  for (int colour = 0; colour < 3; ++colour) {
+    const double own = before.relative_sigma[colour] * before.relative_sigma[colour];
+    const double other = after.relative_sigma[colour] * after.relative_sigma[colour];
+    if (!(own + other > 0.0)) continue;
+    const double wanted = 1.0 + bridge.relative[colour];
+    const double too_far =
+        std::log(after.constant[colour] / before.constant[colour] / wanted) / (own + other);
+    before.constant[colour] *= std::exp(too_far * own);
+    after.constant[colour] *= std::exp(-too_far * other);
+  }
+}
+
+/// From the last white of each part to the first of the next that has one. Whites are left as they
+/// are unless a bridge is applied: a session that was interrupted and nothing else is the
+/// uninterrupted one.
+std::vector<PartBridge> bridge_whites(const std::vector<SentinelVisit>& sentinels,
+                                      const ColourLayout& colours, const SessionParts& parts,
+                                      double u_monitor, std::vector<WhiteLevel::Visit>& visits) {
+  std::vector<PartBridge> bridges;
   for (std::size_t i = 1; i < visits.size(); ++i) {
-    const WhiteLevel::Visit& before = visits[i - 1];
-    const WhiteLevel::Visit& after = visits[i];
+    WhiteLevel::Visit& before = visits[i - 1];
+    WhiteLevel::Visit& after = visits[i];
     if (before.part == after.part) continue;
-    const brdf::Rgb change = after.constant / before.constant - 1.0;
-    const brdf::Rgb u = (before.relative_sigma.square() + after.relative_sigma.square() +
-                         2.0 * u_monitor * u_monitor)
-                            .sqrt();
-    int worst = 0;
-    (change.abs() / u).maxCoeff(&worst);
-    bridges.push_back({after.part, after.time_s, change[worst], u[worst]});
+    const LevelChange white{after.constant / before.constant - 1.0,
+                            before.relative_sigma.square() + after.relative_sigma.square()};
+    const SentinelVisit* from = sentinel_beside(sentinels, parts, before);
+    const SentinelVisit* to = sentinel_beside(sentinels, parts, after);
+    std::optional<LevelChange> sentinel;
+    if (from != nullptr && to != nullptr) {
+      sentinel = change_between(from->reading, to->reading, colours);
+    }
+    PartBridge bridge = bridge_parts(white, sentinel, u_monitor);
+    bridge.part = after.part;
+    bridge.at_s = after.time_s;
+    if (bridge.is_applied()) put_apart(bridge, before, after);
+    bridges.push_back(bridge);
   }
   return bridges;
 }
 
 /// Of the parts in which the sentinel changed by more than twice what it is uncertain by.
-std::vector<WhiteLevel::Sentinel> telling_sentinels(const SessionReader& archive,
+std::vector<WhiteLevel::Sentinel> telling_sentinels(const std::vector<SentinelVisit>& visits,
                                                     const ColourLayout& colours,
                                                     const SessionParts& parts, double u_monitor) {
-  const std::vector<SentinelVisit> visits = sentinel_visits(archive);
   std::map<std::size_t, const SentinelVisit*> firsts;
   std::set<std::size_t> telling;
   std::vector<WhiteLevel::Sentinel> sentinels;
@@ -125,10 +177,10 @@ brdf::Rgb WhiteLevel::at(double time_s, std::size_t part) const {
     const Visit& before = visits[i - 1];
     const Visit& after = visits[i];
     if (time_s > after.time_s) continue;
-    const auto bridge = std::find_if(bridges.begin(), bridges.end(), [&](const WhiteBridge& each) {
+    const auto bridge = std::find_if(bridges.begin(), bridges.end(), [&](const PartBridge& each) {
       return each.part == after.part && before.part != after.part;
     });
-    if (bridge != bridges.end() && bridge->is_applied()) {
+    if (bridge != bridges.end() && (bridge->is_applied() || bridge->is_refused())) {
       return carried(part < after.part ? before : after, time_s, part);
     }
     const double t = (time_s - before.time_s) / (after.time_s - before.time_s);
@@ -183,18 +235,28 @@ double WhiteLevel::drift() const {
   return change[largest];
 }
 
-double WhiteLevel::largest_change() const {
-  double largest = std::abs(drift());
-  for (const WhiteBridge& bridge : bridges) {
-    if (bridge.is_applied()) largest = std::max(largest, std::abs(bridge.change_relative));
+double WhiteLevel::u_unseen() const {
+  double change = std::abs(drift());
+  double disagreement = 0.0;
+  for (const PartBridge& bridge : bridges) {
+    if (bridge.is_applied()) change = std::max(change, std::abs(bridge.change_relative));
+    if (bridge.is_refused()) {
+      disagreement = std::max(disagreement, std::abs(bridge.disagreement_relative));
+    }
   }
-  return largest;
+  return std::hypot(change / std::sqrt(12.0), disagreement / std::sqrt(3.0));
+}
+
+bool WhiteLevel::is_unbridged(std::size_t part) const {
+  return std::any_of(bridges.begin(), bridges.end(), [part](const PartBridge& bridge) {
+    return bridge.is_refused() && bridge.part <= part;
+  });
 }
 
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
                        const SessionParts& parts, const std::vector<MeanDark>& darks,
-                       const std::set<std::string>& monitored, const std::filesystem::path& place) {
+                       const std::set<std::string>& monitored) {
   WhiteLevel level;
   for (const Visit& visit : visits_of(archive, parts)) {
     if (visit.frames.size() != colours.channels().size()) continue;  // a visit cut short
@@ -268,12 +330,25 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
     }
   }
   if (level.visits.empty()) {
-    throw DataFormatError(place, "white frames",
+    throw DataFormatError(archive.folder(), "white frames",
                           "found none that can be used, expected at least one visit to the white");
   }
-  level.bridges = bridges_between(level.visits, instrument.u_lamp_relative);
-  level.sentinels = telling_sentinels(archive, colours, parts, instrument.u_lamp_relative);
+  const std::vector<SentinelVisit> sentinels = sentinel_visits(archive);
+  const double u_monitor = instrument.u_lamp_relative;
+  level.bridges = bridge_whites(sentinels, colours, parts, u_monitor, level.visits);
+  level.sentinels = telling_sentinels(sentinels, colours, parts, u_monitor);
   return level;
+}
+
+std::vector<PartBridge> bridges(const SessionReader& archive,
+                                const instrument::Instrument& instrument,
+                                const ReductionOptions& options) {
+  const SessionParts parts(archive);
+  if (parts.count() < 2) return {};
+  check_sizes(archive, instrument);
+  return white_level(archive, instrument, options, ColourLayout(archive, archive.folder()), parts,
+                     mean_darks(archive, parts, instrument), monitored_channels(archive))
+      .bridges;
 }
 
 }  // namespace gonio::acquisition

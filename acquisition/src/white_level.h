@@ -27,18 +27,21 @@ struct WhiteLevel {
   /// Those of the parts in which they tell a change from noise; of other parts none.
   std::vector<Sentinel> sentinels;
   std::vector<std::string> warnings;  ///< visits that cannot be used
-  std::vector<WhiteBridge> bridges;   ///< from each part to the next
+  std::vector<PartBridge> bridges;    ///< from each part to the next
 
   /// C over monitor at a time in a part: linear between visits, held outside; in a part with
   /// sentinels it follows them between its visits, so that a step lies where it was. Across an
-  /// interruption it is linear only when the whites before and after agree: else it changed at an
-  /// unknown time, and each part has its own.
+  /// interruption it is linear only when the levels before and after agree: else it changed at an
+  /// unknown time, or nobody knows by how much, and each part has its own.
   brdf::Rgb at(double time_s, std::size_t part) const;
   /// Last over first visit, minus 1, where it is largest.
   double drift() const;
-  /// The largest change that may have happened to a point unseen: drift() or one while the session
-  /// was interrupted. Relative, not negative.
-  double largest_change() const;
+  /// What may have happened to a point unseen, relative, k = 1: a change of the light at an unknown
+  /// time, drift() or one while the session was interrupted (/ sqrt(12)), and what whites and
+  /// sentinels are apart over an interruption that is not bridged: either may be right (/ sqrt(3)).
+  double u_unseen() const;
+  /// Whether nobody knows how the levels of a part compare with those of the first.
+  bool is_unbridged(std::size_t part) const;
 
  private:
   /// Of the light by the sentinels of a part: linear between them, outside with their median slope,
@@ -54,6 +57,6 @@ struct WhiteLevel {
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
                        const ReductionOptions& options, const ColourLayout& colours,
                        const SessionParts& parts, const std::vector<MeanDark>& darks,
-                       const std::set<std::string>& monitored, const std::filesystem::path& place);
+                       const std::set<std::string>& monitored);
 
 }  // namespace gonio::acquisition

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "bracket.h"
@@ -42,7 +43,7 @@ void require_reference(const CaptureContext& context, const std::string& channel
 /// One channel's bracket and its repetitions. Returns the lamp's flicker, as visit_white().
 std::string take_channel(const CaptureContext& context, const std::string& channel,
                          const Regions& regions, WhiteVisit visit,
-                         std::chrono::nanoseconds& longest) {
+                         std::chrono::nanoseconds& longest, double& dimmest) {
   GuardedDevices& devices = context.devices;
   TrustChecks& checks = context.checks;
   devices.light(channel);
@@ -57,6 +58,7 @@ std::string take_channel(const CaptureContext& context, const std::string& chann
     context.exposures->see_white(channel, devices.joints(), found.brightest_dn_per_s);
   }
   longest = std::max(longest, found.longest);
+  dimmest = std::min(dimmest, found.dimmest_dn_per_s);
   require_reference(context, channel, found, visit);
   double lowest = found.lowest_monitor;
   double highest = found.highest_monitor;
@@ -82,12 +84,14 @@ std::string visit_white(const CaptureContext& context, const rig::Joints& joints
   devices.move_to(joints);
   const Regions regions = white_regions(context.instrument, context.options, devices.joints());
   auto longest = std::chrono::nanoseconds(0);
+  double dimmest = std::numeric_limits<double>::infinity();
   for (const devices::LightChannel& channel : context.channels) {
-    std::string flicker = take_channel(context, channel.name, regions, visit, longest);
+    std::string flicker = take_channel(context, channel.name, regions, visit, longest, dimmest);
     if (!flicker.empty()) return flicker;
   }
   devices.close_shutter();
-  take_lamp_off(context, -1, longest);
+  std::string room = take_lamp_off(context, -1, longest, regions, dimmest);
+  if (!room.empty()) return room;
   if (!in_frame) devices.mount(devices::Target::sample);
   return {};
 }

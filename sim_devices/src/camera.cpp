@@ -49,6 +49,7 @@ SimCamera::SimCamera(const SimOptions& options, const CameraView& view)
     : options_(options.camera),
       lamp_(options.lamp),
       ambient_radiance_(options.scene.ambient_radiance),
+      ambient_steps_(options.scene.ambient_steps),
       view_(view),
       renderer_(options),
       sensor_(options.camera, options.seed, options.noise_seed.value_or(options.seed)) {}
@@ -109,13 +110,21 @@ bool SimCamera::at_rest_during(Time start, Time end) const {
       [&](const std::unique_ptr<Joint>& joint) { return joint->at_rest_during(start, end); });
 }
 
+double SimCamera::ambient_at(Time time) const {
+  double radiance = ambient_radiance_;
+  for (const AmbientStep& step : ambient_steps_) {
+    if (step.at <= time) radiance = step.radiance;
+  }
+  return radiance;
+}
+
 std::vector<std::uint16_t> SimCamera::picture(Time start, Time end, int lit, std::uint64_t noise) {
   // How much of the three bands' radiance a pixel of each colour takes up; a mono sensor is one
   // colour that takes everything.
   const bool bayer = options_.pixel_format != PixelFormat::mono;
   std::array<std::array<double, 3>, 3> uptake{};
   std::array<double, 3> everywhere{};  // light that reaches every pixel
-  everywhere.fill(ambient_radiance_);
+  everywhere.fill(ambient_at(start + (end - start) / 2));
   Bands bands{};
   std::shared_ptr<const RadianceImage> scene;
   if (lit != SimLightSource::kDark) {

@@ -38,6 +38,7 @@ class SimCamera final : public devices::Camera {
   void count_noise_from(std::uint64_t index);
 
  private:
+  double ambient_at(devices::Clock::Duration time) const;
   std::vector<std::uint16_t> picture(devices::Clock::Duration start, devices::Clock::Duration end,
                                      int lit, std::uint64_t noise);
   std::shared_ptr<const RadianceImage> scene_during(devices::Clock::Duration start,
@@ -49,6 +50,7 @@ class SimCamera final : public devices::Camera {
   CameraOptions options_;
   LampOptions lamp_;
   double ambient_radiance_;
+  std::vector<AmbientStep> ambient_steps_;
   CameraView view_;
   RadianceRenderer renderer_;
   Sensor sensor_;

@@ -208,6 +208,16 @@ void SceneOptions::validate() const {
   require_positive("scene.holder_half_width_mm", holder_half_width_mm);
   require_between("scene.holder_albedo", holder_albedo, 0.0, 1.0);
   require_not_negative("scene.ambient_radiance", ambient_radiance);
+  auto last = std::chrono::nanoseconds(0);
+  for (const AmbientStep& step : ambient_steps) {
+    require_not_negative("scene.ambient_steps.radiance", step.radiance);
+    if (step.at < last) {
+      throw std::invalid_argument(
+          fmt::format("scene.ambient_steps.at: found {} ns after {} ns, expected them in time",
+                      step.at.count(), last.count()));
+    }
+    last = step.at;
+  }
   board.validate();
   mirror.validate("scene.mirror");
   black_glass.validate("scene.black_glass");

@@ -136,7 +136,10 @@ TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
   run({"reduce", "session", "--out", "samples.csv"});
   const Ended resumed = run({"resume", "session"});
   EXPECT_THAT(resumed.error, HasSubstr(std::to_string(measured) + " of 5 points are done"));
-  EXPECT_EQ(status("session", 0)["measured"], 5);
+  const auto complete = status("session", 0);
+  EXPECT_EQ(complete["measured"], 5);
+  EXPECT_THAT(complete["bridges"].get<std::vector<std::string>>(),
+              testing::ElementsAre(HasSubstr("no factor is applied")));
 }
 
 TEST_F(Resume, StopsAtOnceAtTheSecondInterruptOrWhenTerminated) {

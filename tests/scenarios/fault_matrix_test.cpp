@@ -296,7 +296,7 @@ void FaultMatrix::arm(acquisition::DeviceSet& set) const {
   }
 }
 
-/// Light and axes as they are from the beginning of the phase on.
+/// Lights and axes as they are from the beginning of the phase on.
 void FaultMatrix::break_world() {
   const Time at = times_.begins.at(cell_.phase) + std::chrono::milliseconds(1);
   const Time end = times_.ends.at("park");
@@ -313,6 +313,8 @@ void FaultMatrix::break_world() {
     events = {{at, {}, 1.03, false}};
   } else if (cell_.fault == "5 % drift beside its monitor") {
     events = {{at, end, 1.05, false}};
+  } else if (cell_.fault == "room light goes on") {
+    world_.scene.ambient_steps = {{at, 0.01}};
   } else {
     FAIL() << "no such fault: " << cell_.fault;
   }
@@ -442,7 +444,7 @@ TEST_P(FaultMatrix, EndsAsDeclared) {
       }
       disk = std::make_unique<RecordedDisk>(session_);
       disk->fail_from(from, cell_.fault == "disk full" ? ENOSPC : EIO);
-    } else if (cell_.row == "lamp" || cell_.row == "lost steps") {
+    } else if (cell_.row == "lamp" || cell_.row == "room" || cell_.row == "lost steps") {
       break_world();
     } else {
       armed_ = cell_.row != "interrupted";
@@ -470,7 +472,7 @@ INSTANTIATE_TEST_SUITE_P(Simulated, FaultMatrix, testing::ValuesIn(possible_cell
 TEST(FaultMatrixTable, HasEveryFaultInEveryPhase) {
   const std::set<std::string> rows{"killed",     "interrupted", "drops off", "bus",   "drive",
                                    "lost steps", "frame",       "settings",  "range", "lamp",
-                                   "disk",       "record",      "input"};
+                                   "room",       "disk",        "record",    "input"};
   const std::set<std::string> outcomes{"-",           "resumed", "paused",  "stopped",  "complete",
                                        "redone",      "ended",   "retried", "suspect",  "said",
                                        "taken again", "flagged", "bridged", "harmless", "refused"};

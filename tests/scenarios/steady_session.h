@@ -97,7 +97,8 @@ class SteadySession : public testing::Test {
   }
 
   acquisition::SessionResult resume(const std::filesystem::path& folder,
-                                    const Progress& progress = {}) const {
+                                    const Progress& progress = {},
+                                    std::stop_token pause = {}) const {
     files::ProcessLock lock(acquisition::session_lock(folder));
     const acquisition::ResumeState state =
         acquisition::resume_state(acquisition::SessionReader(folder));
@@ -113,7 +114,9 @@ class SteadySession : public testing::Test {
     sim::SimGoniometer world(later);
     acquisition::SessionWriter archive = acquisition::SessionWriter::resume(
         folder, std::move(lock), later.begins_at, world.clock().now(), "in a test");
-    return run(world, archive, progress, acquisition::part_to_resume(state));
+    acquisition::SessionPart part = acquisition::part_to_resume(state);
+    part.pause = std::move(pause);
+    return run(world, archive, progress, part);
   }
 
   /// Paused after six points; then `meanwhile` happens, and it is gone on with.

@@ -25,6 +25,11 @@ using namespace gonio::literals;
 constexpr Angle kRefused = 0.05_deg;
 constexpr Angle kReported = 0.02_deg;
 
+// Light of the room, W/m2/sr; a white under the lamp has about 1.3.
+constexpr double kRoomLight = 0.01;
+constexpr double kHarmlessLight = 0.0003;    // 24 DN/s; the dimmest sample has thousands
+constexpr double kAsDarkCurrent = 0.000025;  // 5 e/s
+
 class Trust : public SteadySession {
  protected:
   Trust() {
@@ -75,6 +80,18 @@ class Trust : public SteadySession {
       ++times.at(static_cast<std::size_t>(point.point));
     }
     return times;
+  }
+
+  /// Of the untroubled session: when the second half of these frames begins, a lamp-off frame last.
+  std::chrono::nanoseconds amid_frames(
+      const std::function<bool(const acquisition::FrameRecord&)>& belongs) const {
+    const SessionReader archive(whole_);
+    std::vector<std::chrono::nanoseconds> starts;
+    for (const acquisition::FrameRecord& frame : archive.frames()) {
+      if (belongs(frame)) starts.push_back(frame.exposure_start);
+    }
+    EXPECT_GE(starts.size(), 4U);
+    return starts.at(starts.size() / 2);
   }
 
   static int suspect_samples(const Reduction& found) {
@@ -264,6 +281,72 @@ TEST_F(Trust, WhatFlickersWheneverItIsTakenIsMarked) {
   for (const samples::Sample& sample : found.samples.samples) {
     if (sample.pose < 6) {
       EXPECT_THAT(sample.flags, Not(HasSubstr("suspect")));
+    }
+  }
+}
+
+TEST_F(Trust, RoomLightThatGoesOnAtAPointIsFoundAndThePointTakenAgain) {
+  constexpr int kPoint = 5;
+  world_.scene.ambient_steps = {
+      {amid_frames([](const acquisition::FrameRecord& frame) { return frame.point == kPoint; }),
+       kRoomLight}};
+  EXPECT_TRUE(begin(session_).complete);
+  EXPECT_THAT(notes(acquisition::kSuspectNote),
+              testing::ElementsAre(AllOf(testing::StartsWith("points 5: "),
+                                         HasSubstr("did the light of the room change?"))));
+  EXPECT_THAT(times_taken(), testing::ElementsAre(1, 1, 1, 1, 1, 2, 1, 1, 1, 1, 1, 1));
+  const Reduction found = reduced(session_);
+  EXPECT_EQ(suspect_samples(found), 0);
+  const Reduction whole = reduced(whole_);
+  ASSERT_EQ(found.samples.samples.size(), whole.samples.samples.size());
+  double largest = 0.0;
+  for (std::size_t i = 0; i < whole.samples.samples.size(); ++i) {
+    const samples::Sample& a = found.samples.samples[i];
+    const samples::Sample& b = whole.samples.samples[i];
+    const brdf::Rgb u = (a.sigma_per_sr.square() + b.sigma_per_sr.square()).sqrt();
+    largest = std::max(largest, ((a.value_per_sr - b.value_per_sr).abs() / u).maxCoeff());
+  }
+  const double worst = worst_deviation(found, whole_);
+  std::printf("room light at a point: worst deviation %.3f %% of a pose, %.1f sigma of a sample\n",
+              100.0 * worst, largest);
+  EXPECT_LT(worst, 0.01);
+  EXPECT_LT(largest, 5.0);
+}
+
+TEST_F(Trust, AWhiteAtWhichRoomLightGoesOnIsTakenAgain) {
+  const auto closing = SessionReader(whole_).points().back().finished_at;
+  world_.scene.ambient_steps = {{amid_frames([closing](const acquisition::FrameRecord& frame) {
+                                   return frame.point < 0 && frame.exposure_start > closing &&
+                                          frame.kind != acquisition::FrameKind::sentinel;
+                                 }),
+                                 10.0 * kRoomLight}};
+  EXPECT_TRUE(begin(session_).complete);
+  EXPECT_THAT(notes(acquisition::kWhiteAgainNote),
+              testing::ElementsAre(HasSubstr("did the light of the room change?")));
+  EXPECT_LT(worst_deviation(reduced(session_), whole_), 0.002);
+}
+
+TEST_F(Trust, RoomLightThatDoesNotMatterCostsNothing) {
+  // A room that is lit, and noise; then a level that comes and goes by as much as dark current is;
+  // then a step that is seen, but below what the samples were to be precise to.
+  const auto end = SessionReader(whole_).points().back().finished_at;
+  std::vector<sim::AmbientStep> flickers;
+  for (auto at = std::chrono::nanoseconds(0); at < end; at += std::chrono::milliseconds(730)) {
+    flickers.push_back({at, flickers.size() % 2 == 0 ? kAsDarkCurrent : 0.0});
+  }
+  const std::vector<std::vector<sim::AmbientStep>> rooms{
+      {{std::chrono::nanoseconds(0), kRoomLight}}, flickers, {{between(5, 6), kHarmlessLight}}};
+  world_.same_noise_again = false;
+  for (std::size_t room = 0; room < rooms.size(); ++room) {
+    for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+      SCOPED_TRACE(testing::Message() << "room " << room << ", seed " << seed);
+      world_.scene.ambient_steps = rooms[room];
+      world_.noise_seed = seed;
+      session_ = folder_.path() / (std::to_string(room) + "-" + std::to_string(seed));
+      EXPECT_TRUE(begin(session_).complete);
+      EXPECT_THAT(notes(acquisition::kSuspectNote), IsEmpty());
+      EXPECT_THAT(notes(acquisition::kWhiteAgainNote), IsEmpty());
+      EXPECT_THAT(times_taken(), testing::Each(1));
     }
   }
 }

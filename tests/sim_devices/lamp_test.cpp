@@ -96,6 +96,17 @@ TEST(SimLamp, AmbientLightStaysWhenTheShutterCloses) {
   EXPECT_NEAR(centre_dn(frame), 399.75, 1.2);
 }
 
+TEST(SimLamp, AmbientLightIsWhatTheStepsSayFromTheirTimesOn) {
+  SimOptions options = ideal_options(0.5);
+  options.scene.ambient_steps = {{5ms, 0.5}, {40ms, 0.0}};
+  SimGoniometer world(options);
+  // 10 ms each and as much for the readout: their middles lie at 5, 25 and 45 ms.
+  for (const double wanted : {399.75, 399.75, 0.0}) {
+    const auto frame = world.camera().capture(10ms);
+    EXPECT_NEAR(centre_dn(frame), wanted, 1.2);
+  }
+}
+
 TEST(SimLamp, StrayLightIsAFractionOfWhiteAndGoesWithTheLamp) {
   SimOptions options = ideal_options(0.0);
   options.lamp.stray_fraction = 0.5;

@@ -88,6 +88,14 @@ const BadOption kBadOptions[] = {
     {"scene.patch_x_mm", [](SimOptions& o) { o.scene.patch_x_mm = kNan; }},
     {"scene.holder_albedo", [](SimOptions& o) { o.scene.holder_albedo = 2.0; }},
     {"scene.ambient_radiance", [](SimOptions& o) { o.scene.ambient_radiance = -1.0; }},
+    {"scene.ambient_steps.radiance",
+     [](SimOptions& o) {
+       o.scene.ambient_steps = {{1s, -1.0}};
+     }},
+    {"scene.ambient_steps.at",
+     [](SimOptions& o) {
+       o.scene.ambient_steps = {{2s, 1.0}, {1s, 0.0}};
+     }},
     {"change_time", [](SimOptions& o) { o.change_time = -1ms; }},
     {"time_scale", [](SimOptions& o) { o.time_scale = 0.0; }},
 };

@@ -26,6 +26,10 @@ int reduce(Context& context, const ReduceOptions& options) {
   }();
   for (const std::string& damage : session.archive.damage()) context.console.warn(damage);
   for (const std::string& warning : reduction.warnings) context.console.warn(warning);
+  for (const acquisition::PartBridge& bridge : reduction.bridges) {
+    // Others are among the warnings.
+    if (!bridge.is_applied() && !bridge.is_refused()) context.console.say(to_text(bridge));
+  }
   context.check_stop();
   samples::write_samples(options.out, reduction.samples, overwrite(options.force));
   context.console.say(fmt::format("{}: {} samples of {} poses; white drift {:+.2f} %", options.out,

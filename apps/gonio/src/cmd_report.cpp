@@ -29,6 +29,9 @@ int make_report(Context& context, const ReportOptions& options) {
   const acquisition::Reduction reduction = reduce_session(session, session.rig.reduction);
   report::ReportData data = session_report(session);
   for (const std::string& warning : reduction.warnings) data.warnings.push_back(warning);
+  for (const acquisition::PartBridge& bridge : reduction.bridges) {
+    data.session.push_back({"Interruption", to_text(bridge)});
+  }
 
   report::MethodResult method{"This measurement", "", nullptr, std::nullopt};
   std::optional<basis::Fit> fit;

@@ -108,6 +108,17 @@ std::vector<int> suspect_list(const std::map<int, std::string>& suspects) {
   return points;
 }
 
+/// How the parts of a session that was resumed were bridged, in their order.
+std::vector<std::string> bridge_texts(const acquisition::SessionReader& archive) {
+  std::vector<std::string> texts;
+  for (const acquisition::SessionNote& note : archive.notes()) {
+    if (note.kind == acquisition::kBridgeNote || note.kind == acquisition::kUnbridgedNote) {
+      texts.push_back(note.text);
+    }
+  }
+  return texts;
+}
+
 /// The text of the last note of a kind; empty: none.
 std::string last_note(const acquisition::SessionReader& archive, const std::string& kind) {
   std::string text;
@@ -149,6 +160,7 @@ int status(Context& context, const StatusOptions& options) {
         {"damage", archive.damage()},
         {"metadata", archive.metadata()},
         {"suspects", suspect_list(suspects)},
+        {"bridges", bridge_texts(archive)},
         {"home_delta", last_note(archive, acquisition::kHomeDeltaNote)},
         {"decisions", reasons_of(decisions)}};
     context.console.result(json_text(result));
@@ -159,6 +171,9 @@ int status(Context& context, const StatusOptions& options) {
                         suspects.empty() ? "" : fmt::format(", {} suspect", suspects.size()));
     for (const auto& [point, why] : suspects) {
       text += fmt::format("suspect          point {}: {}\n", point, printable_line(why));
+    }
+    for (const std::string& bridge : bridge_texts(archive)) {
+      text += fmt::format("bridge           {}\n", printable_line(bridge));
     }
     for (const auto& [kind, count] : frames)
       text += fmt::format("frames           {:4} {}\n", count, kind);

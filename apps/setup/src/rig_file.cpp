@@ -178,7 +178,7 @@ void visit_session(ConfigVisitor& v, RigFile& file) {
   acquisition::ReductionOptions& reduction = file.reduction;
   v.table("sample", "What is measured of a sample", [&] {
     v.number("half_width_mm", session.sample_half_width_mm, {0.1, 1e4}, "used part of the sample");
-    v.number("edge_margin_mm", reduction.edge_margin_mm, {0.0, 1e3}, "kept clear of its edge");
+    v.number("edge_margin_mm", session.edge_margin_mm, {0.0, 1e3}, "kept clear of its edge");
     v.number("spot_half_width_mm", session.spot_half_width_mm, {0.01, 1e3},
              "averaged to one value");
     v.integer("grid", reduction.grid, {1, 64}, "grid x grid values per pose");
@@ -357,12 +357,7 @@ RigFile rig_file_from_text(const std::string& text, const std::filesystem::path&
   visit(reader, file);
   reader.finish();
   // Said once in the file, needed by runner and reduction.
-  file.reduction.sample_half_width_mm = file.session.sample_half_width_mm;
-  file.reduction.spot_half_width_mm = file.session.spot_half_width_mm;
-  file.reduction.white_half_width_mm = file.session.white_half_width_mm;
-  file.reduction.white_in_frame = file.session.white == acquisition::WhitePlacement::in_frame;
-  file.reduction.white_patch_mm = file.session.white_patch_mm;
-  file.reduction.white_patch_half_width_mm = file.session.white_patch_half_width_mm;
+  acquisition::set_geometry(file.session, file.reduction);
   rig::FootprintLimits& footprint = file.rig.limits.footprint;
   if (footprint.min_projected_half_width_mm > 0.0 || footprint.camera_half_field > Angle()) {
     footprint.sample_half_width_mm = file.session.sample_half_width_mm;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "gonio/acquisition/part_bridge.h"
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/instrument/instrument.h"
 #include "gonio/samples/samples.h"
@@ -30,16 +31,10 @@ struct ReductionOptions {
   void validate() const;
 };
 
-/// How the white after an interruption compares with the last one before it.
-struct WhiteBridge {
-  std::size_t part = 0;          ///< that it leads to, from 1 on
-  double at_s = 0.0;             ///< the white after it, session clock
-  double change_relative = 0.0;  ///< after over before, minus 1, in the channel that says most
-  double u_relative = 0.0;       ///< k = 1
+struct SessionOptions;  // session.h
 
-  /// Whether it tells a change from noise. Then each part has its own level.
-  bool is_applied() const { return std::abs(change_relative) > 2.0 * u_relative; }
-};
+/// Sets what a session's options say of sample and white.
+void set_geometry(const SessionOptions& session, ReductionOptions& options);
 
 /// Two points of one direction, which have to agree.
 struct PairAgreement {
@@ -59,7 +54,7 @@ struct Reduction {
   samples::SampleSet samples;
   std::vector<std::string> warnings;  ///< dropped sub-samples, white drift, damage found
   double white_drift_relative = 0.0;  ///< closing over opening white, worst channel, minus 1
-  std::vector<WhiteBridge> bridges;   ///< of a session that was resumed
+  std::vector<PartBridge> bridges;    ///< of a session that was resumed
   std::vector<PairAgreement> pairs;   ///< where both halves were measured
 };
 
@@ -70,5 +65,10 @@ struct Reduction {
 /// archive has no white or no usable point.
 Reduction reduce(const SessionReader& archive, const instrument::Instrument& instrument,
                  const ReductionOptions& options = {});
+
+/// Reduction::bridges alone, without reading points. Empty for a session of one part.
+std::vector<PartBridge> bridges(const SessionReader& archive,
+                                const instrument::Instrument& instrument,
+                                const ReductionOptions& options);
 
 }  // namespace gonio::acquisition

@@ -67,6 +67,7 @@ struct SessionOptions {
   int white_frames = 4;  ///< per channel, opening and closing
   int dark_frames = 8;
   double sample_half_width_mm = 25.0;
+  double edge_margin_mm = 2.0;                ///< see ReductionOptions
   std::optional<double> white_half_width_mm;  ///< in the sample plane; none: the sample's
   Eigen::Vector2d white_patch_mm{34.0, 0.0};  ///< centre of the in-frame patch, sample frame
   double white_patch_half_width_mm = 3.0;     ///< of the part to use, clear of its edge

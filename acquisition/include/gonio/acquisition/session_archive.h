@@ -99,6 +99,8 @@ class SessionWriter {
   /// Marks the session complete. Without it a reader reports an interrupted session.
   void finish(std::chrono::nanoseconds at);
 
+  const std::filesystem::path& folder() const;
+
   /// Tells of every frame, point and note from here on. Not owned, must outlive the writer; null:
   /// nobody.
   void observe(ArchiveObserver* observer);

@@ -16,6 +16,11 @@ namespace gonio::acquisition {
 inline constexpr const char* kHomeDeltaNote = "home delta";
 inline constexpr const char* kSentinelNote = "sentinel";
 inline constexpr const char* kSuspectNote = "suspect";
+/// How the light of a part compares with that of the part before (part_bridge.h), as it begins.
+inline constexpr const char* kBridgeNote = "bridge";
+/// The same where whites and sentinels contradict each other: what follows is not known against
+/// what was before.
+inline constexpr const char* kUnbridgedNote = "unbridged";
 /// "phase: error": a device dropped off and came back, all axes were homed anew, and what the phase
 /// had begun is taken again.
 inline constexpr const char* kCameBackNote = "came back";

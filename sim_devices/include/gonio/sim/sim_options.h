@@ -132,6 +132,12 @@ struct LampEvent {
   bool seen_by_monitor = true;  ///< false: something in the path beside the monitor's
 };
 
+/// The light of the room from a time on.
+struct AmbientStep {
+  std::chrono::nanoseconds at{0};  ///< session clock
+  double radiance = 0.0;           ///< W m^-2 sr^-1 on every pixel
+};
+
 /// The lamp: E(x) = I field(u) g(t) cos(theta_i) / r^2.
 struct LampOptions {
   std::vector<LampChannelOptions> channels = rgb_channels();
@@ -237,7 +243,8 @@ struct SceneOptions {
   double holder_half_width_mm = 60.0;
   double holder_albedo = 0.03;
 
-  double ambient_radiance = 0.0;  ///< W m^-2 sr^-1 on every pixel, lamp or not
+  double ambient_radiance = 0.0;           ///< W m^-2 sr^-1 on every pixel, lamp or not
+  std::vector<AmbientStep> ambient_steps;  ///< what it is later, in time
 
   void validate() const;
 };

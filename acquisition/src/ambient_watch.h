@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bracket.h"
+
+namespace gonio::acquisition {
+
+/// Looks whether the light of the room stays what it is: compares each lamp-off frame with the one
+/// before. A point's lamp-off frame stands for the room's light in its lit frames, which it does
+/// not when that light changed between them.
+///
+/// Threads  One.
+class AmbientWatch {
+ public:
+  /// Both must outlive it.
+  AmbientWatch(const instrument::SensorModel& sensor, const SessionOptions& options)
+      : sensor_(sensor), options_(options) {}
+
+  /// New dark frames follow.
+  void begin_darks();
+  void add_dark(const devices::Frame& frame);
+
+  /// What changed since the lamp-off frame before, by more than noise and dark current do and by so
+  /// much that it matters to the wanted precision where the target is dimmest; empty: nothing. The
+  /// level found is what the next one is compared with.
+  /// `regions`  Of the target, not empty.
+  /// `dimmest_dn_per_s`  The least signal of a region of it under the lamp, above black; 0: none
+  ///                     that a sample could come of.
+  std::string changed(const devices::Frame& lamp_off, const Regions& regions,
+                      double dimmest_dn_per_s);
+
+ private:
+  /// Mean over the target, above the darks.
+  struct Level {
+    double dn_per_s = 0.0;
+    double u_dn_per_s = 0.0;  ///< noise, k = 1
+  };
+  Level level_of(const devices::Frame& lamp_off, const Regions& regions) const;
+
+  const instrument::SensorModel& sensor_;
+  const SessionOptions& options_;
+  std::vector<std::uint32_t> dark_sums_dn_;  ///< per pixel
+  int darks_ = 0;
+  std::optional<Level> last_;
+};
+
+}  // namespace gonio::acquisition
