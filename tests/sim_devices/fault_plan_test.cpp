@@ -51,6 +51,15 @@ TEST(FaultPlan, SkipsOpportunitiesAndCountsStrikes) {
   EXPECT_EQ(plan.struck(Fault::late_reply), 2U);
 }
 
+TEST(FaultPlan, LostStepsSayHowFar) {
+  FaultPlan plan({fault_rule_from_text("lost_steps@tilt:skip=1,count=1,degrees=-0.05")});
+  EXPECT_EQ(plan.lost_steps_deg("tilt", 1s), 0.0);
+  EXPECT_EQ(plan.lost_steps_deg("azimuth", 1s), 0.0);
+  EXPECT_EQ(plan.lost_steps_deg("tilt", 1s), -0.05);
+  EXPECT_EQ(plan.lost_steps_deg("tilt", 1s), 0.0);
+  EXPECT_EQ(plan.struck(Fault::lost_steps), 1U);
+}
+
 TEST(FaultPlan, ProbabilityIsASeededShareOfTheOpportunities) {
   constexpr int kTrials = 10000;
   const auto strikes = [](std::uint64_t seed) {
