@@ -23,7 +23,8 @@ struct UsbRig {
   static constexpr const char* kMeterName = "monitor";
   static constexpr const char* kMeterSerial = "P0001234";
 
-  explicit UsbRig(bool reversed_stage = false, const sim::SimOptions& world_options = options())
+  explicit UsbRig(bool reversed_stage = false) : UsbRig(reversed_stage, options()) {}
+  UsbRig(bool reversed_stage, const sim::SimOptions& world_options)
       : world(world_options), bed(faults, world.clock()), reversed(reversed_stage) {
     bed.add_apt_stage({kStageName, kStageSerial, axis().home, reversed}, world.joint(kAxis));
     bed.add_power_meter({kMeterName, kMeterSerial}, world.lamp_monitor());
