@@ -90,6 +90,8 @@ TEST(FaultRule, RefusesWhatItCannotMean) {
   refused("stall:probability=nan", "expected a number");
   refused("stall:often=1", "expected after_s");
   refused("stall:for_s=0", "expected above 0");
+  refused("lost_steps@tilt", "degrees: found 0");
+  refused("stall:degrees=1", "only lost_steps");
 }
 
 }  // namespace
