@@ -33,7 +33,8 @@ void go_to(const rig::TravelModel& travel, PlannedVisit visit, Itinerary& itiner
 
 bool tells_home_delta(const DeviceSet& devices) {
   return std::any_of(devices.stages.begin(), devices.stages.end(), [](const auto* stage) {
-    return dynamic_cast<const devices::HomingReport*>(stage) != nullptr;
+    const auto* const report = dynamic_cast<const devices::HomingReport*>(stage);
+    return report != nullptr && report->tells();
   });
 }
 

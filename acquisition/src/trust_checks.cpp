@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "gonio/acquisition/reduction.h"
 #include "gonio/devices/homing_report.h"
@@ -52,8 +53,11 @@ bool TrustChecks::due(std::size_t points_since) const {
 
 void TrustChecks::compare_with_last_part(const Distrust& distrust) {
   last_check_ = devices_.now();
-  if (part_.last_joints.size() != devices_.devices().stages.size()) return;
-  note_deltas(part_.last_joints, true, distrust);
+  if (part_.last_joints.size() == devices_.devices().stages.size()) {
+    note_deltas(part_.last_joints, true, distrust);
+  } else if (const std::string text = axes_that_cannot_tell(); !text.empty()) {
+    archive_.note(devices_.now(), kHomeDeltaNote, text);
+  }
 }
 
 std::string TrustChecks::compare_light_with_last_part() {
@@ -98,13 +102,23 @@ void TrustChecks::note_deltas(const rig::Joints& believed, bool after_outage,
   const auto& stages = devices_.devices().stages;
   for (std::size_t i = 0; i < stages.size(); ++i) {
     const devices::HomingReport* report = homing_report(stages[i]);
-    const std::optional<Angle> stood = report ? report->stood_before_home() : std::nullopt;
+    if (report == nullptr || !report->tells()) continue;
+    const auto stood = report->stood_before_home();
     if (!stood) {
-      texts.push_back(stages[i]->name() + " does not tell");
+      texts.push_back(stages[i]->name() + " could not tell: its count was read too seldom");
       continue;
     }
-    const Angle delta = *stood - believed[i];
+    const Angle delta = stood->angle - believed[i];
+    // What may be nothing but how the count was read is no finding, nor is it that all is well.
+    if (stood->within > kUsualHomeDelta && abs(delta) <= stood->within) {
+      texts.push_back(fmt::format("{} could not tell: its count was read within {:.3f} deg only",
+                                  stages[i]->name(), stood->within.degrees()));
+      continue;
+    }
     texts.push_back(fmt::format("{} {:+.4f} deg", stages[i]->name(), delta.degrees()));
+    if (stood->within > Angle()) {
+      texts.back() += fmt::format(" within {:.4f} deg", stood->within.degrees());
+    }
     if (after_outage && abs(delta) > kWasOnItsWay) {
       texts.back() += ", was on its way or turned meanwhile";
     } else if (abs(delta) > kLargestHomeDelta) {
@@ -117,9 +131,25 @@ void TrustChecks::note_deltas(const rig::Joints& believed, bool after_outage,
     }
   }
   if (!lost.empty()) distrust(fmt::format("{}", fmt::join(lost, "; ")));
+  if (std::string text = axes_that_cannot_tell(); !text.empty()) texts.push_back(std::move(text));
   archive_.note(
       devices_.now(), kHomeDeltaNote,
       fmt::format("{}{}", after_outage ? "over the interruption: " : "", fmt::join(texts, "; ")));
+}
+
+/// Said once in a part; empty after that, and where all axes can.
+std::string TrustChecks::axes_that_cannot_tell() {
+  if (std::exchange(said_who_cannot_tell_, true)) return "";
+  std::vector<std::string> names;
+  for (const devices::RotationStage* stage : devices_.devices().stages) {
+    const devices::HomingReport* report = homing_report(stage);
+    if (report == nullptr || !report->tells()) names.push_back(stage->name());
+  }
+  if (names.empty()) return "";
+  return fmt::format("{} cannot tell: {}", fmt::join(names, ", "),
+                     sentinel_on_
+                         ? "a slip shows at the sentinels alone, and of a matte sample not there"
+                         : "nothing in this session shows that such an axis slipped");
 }
 
 void TrustChecks::visit_sentinel(const Distrust& distrust) {

@@ -68,6 +68,7 @@ class TrustChecks {
  private:
   void check_home(const Distrust& distrust);
   void note_deltas(const rig::Joints& believed, bool after_outage, const Distrust& distrust);
+  std::string axes_that_cannot_tell();
   std::optional<SentinelReading> read_sentinel(const Distrust& distrust);
   SentinelLevel read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
                              const std::vector<std::size_t>& pixels);
@@ -81,6 +82,7 @@ class TrustChecks {
   rig::Joints pose_;
   bool tells_home_delta_ = false;
   bool sentinel_on_ = false;
+  bool said_who_cannot_tell_ = false;
   std::chrono::nanoseconds last_check_{0};
   std::map<std::string, std::chrono::nanoseconds> exposures_;  ///< of the sentinel, by channel
   std::optional<SentinelVisit> first_;

@@ -10,6 +10,8 @@ namespace gonio::sim {
 namespace {
 
 constexpr std::size_t kRememberedSegments = 16;
+/// Of a search for the home mark: how far it goes back before it goes to the mark slowly.
+constexpr Angle kBackOff = Angle::from_degrees(0.1);
 
 devices::Clock::Duration from_seconds(double value) {
   return devices::Clock::Duration(std::llround(value * 1e9));
@@ -45,22 +47,36 @@ Joint::Time Joint::move_to(Angle target, Time now, std::optional<Pace> pace) {
   const double error =
       options_.positioning_sigma.radians() * random::normal(positioning_key_, moves_++);
   held_ = target;
-  Pace at = pace.value_or(limit_);
-  at.max_speed_deg_per_s = std::min(at.max_speed_deg_per_s, limit_.max_speed_deg_per_s);
-  at.acceleration_deg_per_s2 = std::min(at.acceleration_deg_per_s2, limit_.acceleration_deg_per_s2);
-  return drive_to(target.radians() + error, now, Time(0), at);
+  mark_off_rad_.reset();
+  return drive_to(target.radians() + error, now, Time(0), limited(pace));
 }
 
-Joint::Time Joint::start_homing(Time now) {
+Joint::Pace Joint::limited(const std::optional<Pace>& pace) const {
+  if (!pace) return limit_;
+  return {std::min(pace->max_speed_deg_per_s, limit_.max_speed_deg_per_s),
+          std::min(pace->acceleration_deg_per_s2, limit_.acceleration_deg_per_s2)};
+}
+
+Joint::Time Joint::start_homing(Time now, std::optional<Angle> mark, std::optional<Pace> pace) {
   const std::lock_guard lock(mutex_);
   held_.reset();
   before_homing_rad_ = state_at(now).motor_rad + slip_rad(now) + homing_error_rad_;
+  const double next_error_rad =
+      options_.homing_sigma.radians() * random::normal(homing_key_, homings_);
+  mark_off_rad_ = next_error_rad - homing_error_rad_ - slip_rad(now);
   slip_found_ = slip_found_ || now >= options_.slips_at;
-  return drive_to(home_.radians(), now, options_.index_search, limit_);
+  lost_rad_ = 0.0;
+  return drive_to(mark.value_or(home_).radians(), now, options_.index_search, limited(pace));
+}
+
+void Joint::lose_steps(Angle by) {
+  const std::lock_guard lock(mutex_);
+  lost_rad_ += by.radians();
 }
 
 void Joint::finish_homing() {
   const std::lock_guard lock(mutex_);
+  mark_off_rad_.reset();
   homing_error_rad_ = options_.homing_sigma.radians() * random::normal(homing_key_, homings_++);
   held_ = home_;
   stood_before_home_ = Angle::from_radians(before_homing_rad_ - homing_error_rad_);
@@ -72,11 +88,13 @@ std::optional<Angle> Joint::stood_before_home() const {
 }
 
 double Joint::slip_rad(Time time) const {
-  return slip_found_ || time < options_.slips_at ? 0.0 : options_.slip.radians();
+  const double slip = slip_found_ || time < options_.slips_at ? 0.0 : options_.slip.radians();
+  return slip + lost_rad_;
 }
 
 void Joint::brake(Time now) {
   const std::lock_guard lock(mutex_);
+  mark_off_rad_.reset();
   brake_locked(now);
 }
 
@@ -138,9 +156,27 @@ bool Joint::at_rest_during(Time from, Time to) const {
 Angle Joint::encoder(Time time) const {
   const std::lock_guard lock(mutex_);
   const State state = state_at(time);
+  return in_encoder_steps(state.motor_rad + state.ring_rad);
+}
+
+Angle Joint::in_encoder_steps(double angle_rad) const {
   const double step = options_.encoder_step.radians();
-  const double angle = state.motor_rad + state.ring_rad;
-  return Angle::from_radians(step > 0.0 ? std::round(angle / step) * step : angle);
+  return Angle::from_radians(step > 0.0 ? std::round(angle_rad / step) * step : angle_rad);
+}
+
+Angle Joint::counter(Time time) const {
+  const std::lock_guard lock(mutex_);
+  const State state = state_at(time);
+  const Segment& last = segments_.back();
+  double searched_rad = 0.0;
+  if (mark_off_rad_ && time >= last.end && last.arrived > last.end) {
+    const double share = std::min(
+        1.0, devices::to_seconds(time - last.end) / devices::to_seconds(last.arrived - last.end));
+    const double back_rad = -kBackOff.radians();
+    searched_rad = share < 0.5 ? 2.0 * share * back_rad
+                               : back_rad + (2.0 * share - 1.0) * (*mark_off_rad_ - back_rad);
+  }
+  return in_encoder_steps(state.motor_rad + state.ring_rad + searched_rad);
 }
 
 Angle Joint::true_angle(Time time) const {

@@ -56,6 +56,12 @@ void SimRotationStage::stop() noexcept {
   joint_.brake(clock_.now());
 }
 
+std::optional<devices::StoodBeforeHome> SimRotationStage::stood_before_home() const {
+  const std::optional<Angle> stood = joint_.stood_before_home();
+  if (!stood) return std::nullopt;
+  return devices::StoodBeforeHome{*stood, Angle()};
+}
+
 void SimRotationStage::rearm() { gate_.rearm(gate_.stops()); }
 
 }  // namespace gonio::sim

@@ -25,7 +25,8 @@ class SimRotationStage final : public devices::RotationStage, public devices::Ho
   Angle wait_until_settled(std::chrono::milliseconds timeout) override;
   void stop() noexcept override;
   void rearm() override;
-  std::optional<Angle> stood_before_home() const override { return joint_.stood_before_home(); }
+  bool tells() const override { return true; }
+  std::optional<devices::StoodBeforeHome> stood_before_home() const override;
 
  private:
   void wait_for(devices::Clock::Duration settled, std::chrono::milliseconds timeout,

@@ -38,10 +38,10 @@ inline std::vector<emulator_faults::FaultRule> rules(const std::vector<std::stri
   return made;
 }
 
-inline sim::SimOptions running_world_options() {
+inline sim::SimOptions running_world_options(double time_scale = kTimeScale) {
   sim::SimOptions options =
       sim::nominal_options(std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.8)), 1);
-  options.time_scale = kTimeScale;
+  options.time_scale = time_scale;
   options.runs_by_itself = true;
   return options;
 }
@@ -63,12 +63,13 @@ inline const std::vector<modbus_changer::ChangerProfile::Place>& places() {
 class ModbusRig {
  public:
   explicit ModbusRig(Family family, const std::vector<std::string>& faults = {},
-                     modbus_bus::BusOptions bus_options = {})
+                     modbus_bus::BusOptions bus_options = {},
+                     const sim::SimOptions& world = running_world_options())
       : family_(family),
         bus_options_(bus_options),
-        world_(running_world_options()),
+        world_(world),
         faults_(std::make_shared<emulator_faults::FaultPlan>(rules(faults))),
-        clock_(kTimeScale) {
+        clock_(world.time_scale.value()) {
     plug_in_line();
     plug_in_server();
   }
@@ -120,6 +121,7 @@ class ModbusRig {
                                                      : std::vector<std::string>{"present_alarm"};
     options.poll_interval = 2ms;
     options.arrival_patience = 200ms;
+    options.counts_until_homed = counts_until_homed;
     return options;
   }
 
@@ -156,6 +158,8 @@ class ModbusRig {
     profile.places = places();
     return std::make_unique<modbus_changer::ModbusChanger>(tcp(), 2, "changer", profile, clock_);
   }
+
+  bool counts_until_homed = false;  ///< of the stages made from now on
 
  private:
   Family family_;

@@ -23,16 +23,17 @@ struct UsbRig {
   static constexpr const char* kMeterName = "monitor";
   static constexpr const char* kMeterSerial = "P0001234";
 
-  explicit UsbRig(bool reversed_stage = false)
-      : world(options()), bed(faults, world.clock()), reversed(reversed_stage) {
+  explicit UsbRig(bool reversed_stage = false) : UsbRig(reversed_stage, options()) {}
+  UsbRig(bool reversed_stage, const sim::SimOptions& world_options)
+      : world(world_options), bed(faults, world.clock()), reversed(reversed_stage) {
     bed.add_apt_stage({kStageName, kStageSerial, axis().home, reversed}, world.joint(kAxis));
     bed.add_power_meter({kMeterName, kMeterSerial}, world.lamp_monitor());
   }
 
-  static sim::SimOptions options() {
+  static sim::SimOptions options(double time_scale = kTimeScale) {
     auto plate = std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.8));
     sim::SimOptions options = sim::nominal_options(std::move(plate), 1);
-    options.time_scale = kTimeScale;
+    options.time_scale = time_scale;
     options.runs_by_itself = true;
     options.rig.axes[kAxis].max_speed_deg_per_s = 10.0;
     options.rig.axes[kAxis].acceleration_deg_per_s2 = 20.0;
@@ -65,8 +66,9 @@ struct UsbRig {
   }
 
   std::shared_ptr<apt_stage::AptStage> stage_on(std::shared_ptr<usb_bus::ByteStream> port) {
-    return std::make_shared<apt_stage::AptStage>(std::move(port), setup(), apt_stage::k10cr1(),
-                                                 reversed, world.clock());
+    return std::make_shared<apt_stage::AptStage>(
+        std::move(port), setup(), apt_stage::k10cr1(), reversed, world.clock(),
+        apt_stage::HomeDirection::falling, counts_until_homed);
   }
 
   std::shared_ptr<apt_stage::AptStage> open_stage() { return stage_on(open_port()); }
@@ -85,6 +87,7 @@ struct UsbRig {
   emulator_faults::FaultPlan faults;
   usb_emulator::UsbTestbed bed;
   bool reversed;
+  bool counts_until_homed = false;  ///< of the stages opened from now on
 };
 
 }  // namespace gonio::contracts

@@ -83,6 +83,14 @@ class OnTheWire : public testing::Test {
     folder_.write("rig.toml", rig);
   }
 
+  /// Its drive has been seen to count on until it is home.
+  void let_the_lamp_arm_tell() {
+    std::string rig = small_wire_rig();
+    const std::string profile = "profile = \"leadshine-em2rs\"\n";
+    rig.insert(rig.find(profile) + profile.size(), "counts_until_homed = true\n");
+    folder_.write("rig.toml", rig);
+  }
+
   /// A script of bash inside the emulated machine, in which time goes four times as fast.
   Ended in_the_machine(const std::string& script, const std::vector<std::string>& options = {}) {
     return GonioProcess(

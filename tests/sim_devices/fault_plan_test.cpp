@@ -51,6 +51,15 @@ TEST(FaultPlan, SkipsOpportunitiesAndCountsStrikes) {
   EXPECT_EQ(plan.struck(Fault::late_reply), 2U);
 }
 
+TEST(FaultPlan, LostStepsSayHowFar) {
+  FaultPlan plan({fault_rule_from_text("lost_steps@tilt:skip=1,count=1,degrees=-0.05")});
+  EXPECT_EQ(plan.lost_steps_deg("tilt", 1s), 0.0);
+  EXPECT_EQ(plan.lost_steps_deg("azimuth", 1s), 0.0);
+  EXPECT_EQ(plan.lost_steps_deg("tilt", 1s), -0.05);
+  EXPECT_EQ(plan.lost_steps_deg("tilt", 1s), 0.0);
+  EXPECT_EQ(plan.struck(Fault::lost_steps), 1U);
+}
+
 TEST(FaultPlan, ProbabilityIsASeededShareOfTheOpportunities) {
   constexpr int kTrials = 10000;
   const auto strikes = [](std::uint64_t seed) {
@@ -81,6 +90,8 @@ TEST(FaultRule, RefusesWhatItCannotMean) {
   refused("stall:probability=nan", "expected a number");
   refused("stall:often=1", "expected after_s");
   refused("stall:for_s=0", "expected above 0");
+  refused("lost_steps@tilt", "degrees: found 0");
+  refused("stall:degrees=1", "only lost_steps");
 }
 
 }  // namespace

@@ -38,9 +38,10 @@ Faults on_modbus(const cli::RigFile& rig, const std::string& bus) {
 Faults of_axis(const cli::RigFile& rig, const cli::AxisDevice& device) {
   switch (device.driver) {
     case cli::AxisDevice::Driver::modbus:
-      return kDriveFaults + on_modbus(rig, device.bus) + Faults{Fault::power_cycle};
+      return kDriveFaults + on_modbus(rig, device.bus) + Faults{Fault::power_cycle} +
+             (device.profile == "oriental-az" ? Faults{} : Faults{Fault::lost_steps});
     case cli::AxisDevice::Driver::apt:
-      return kDriveFaults + kUsbFaults + Faults{Fault::lost_move};
+      return kDriveFaults + kUsbFaults + Faults{Fault::lost_move, Fault::lost_steps};
   }
   return {};
 }

@@ -5,10 +5,39 @@
 #include <nlohmann/json.hpp>
 
 #include "gonio/console/suggest.h"
+#include "gonio/devices/homing_report.h"
 #include "gonio/rig/paths.h"
 #include "json_text.h"
 
 namespace gonio::cli {
+namespace {
+
+/// Where an axis that will say so believes to stand; nothing of one that would not know after.
+std::optional<Angle> believed_of(devices::RotationStage& stage) {
+  constexpr std::chrono::milliseconds kPatience{10000};  // one taken over on its way
+  const auto* const report = dynamic_cast<const devices::HomingReport*>(&stage);
+  if (report == nullptr || !report->tells()) return std::nullopt;
+  try {
+    return stage.wait_until_settled(kPatience);
+  } catch (const devices::DeviceError&) {
+    return std::nullopt;  // not homed; what else it may be, homing says
+  }
+}
+
+std::string text_of_homing(const std::string& name,
+                           const std::optional<devices::StoodBeforeHome>& stood,
+                           const std::optional<Angle>& believed) {
+  if (!stood) return name + ": its count was read too seldom to tell where it stood before";
+  std::string text = fmt::format("{}: stood at {:.4f} deg before", name, stood->angle.degrees());
+  if (believed) {
+    text +=
+        fmt::format(", {:+.4f} deg from where it believed", (stood->angle - *believed).degrees());
+  }
+  if (stood->within > Angle()) text += fmt::format(" (within {:.4f} deg)", stood->within.degrees());
+  return text;
+}
+
+}  // namespace
 
 void add_hands_on_options(const Command& command, HandsOnOptions& options, bool may_home) {
   command.text("RIG", options.rig, "Rig file", Need::required);
@@ -30,12 +59,22 @@ HandsOn::HandsOn(Context& context, const HandsOnOptions& options, Parts parts)
                    context.stop);
 }
 
-void HandsOn::make_ready() {
-  if (options_.home) {
-    context_.console.say("homing");
-    guarded_->home_all();
-    return;
+void HandsOn::home() {
+  const auto& stages = devices().stages;
+  std::vector<std::optional<Angle>> believed;
+  for (devices::RotationStage* stage : stages) believed.push_back(believed_of(*stage));
+  context_.console.say("homing");
+  guarded_->home_all();
+  for (std::size_t i = 0; i < stages.size(); ++i) {
+    const auto* const report = dynamic_cast<const devices::HomingReport*>(stages[i]);
+    if (report == nullptr || !report->tells()) continue;
+    context_.console.say(
+        text_of_homing(stages[i]->name(), report->stood_before_home(), believed[i]));
   }
+}
+
+void HandsOn::make_ready() {
+  if (options_.home) return home();
   try {
     guarded_->take_over();
   } catch (const devices::DeviceError& error) {

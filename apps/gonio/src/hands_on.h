@@ -34,7 +34,8 @@ class HandsOn {
   const instrument::Instrument& instrument() const { return known_.constants; }
   const RigFile& file() const { return known_.file; }
 
-  /// Homes, or takes over axes that know where they are; where they do not, says how to get there.
+  /// Homes, and says what axes tell of where they stood before; or takes over axes that know where
+  /// they are; where they do not, says how to get there.
   void make_ready();
   /// Throws UsageError for a target that limits or keep-outs forbid.
   void require_allowed(const rig::Joints& target) const;
@@ -50,6 +51,8 @@ class HandsOn {
   void finish();
 
  private:
+  void home();
+
   Context& context_;
   HandsOnOptions options_;
   KnownRig known_;

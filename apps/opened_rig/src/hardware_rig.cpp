@@ -72,7 +72,8 @@ Stage open_stage(const RigFile& rig, std::size_t index, Buses& buses, devices::C
           std::move(port), axis_setup(axis), apt_model(device.model), device.reversed, clock,
           device.home_direction == AxisDevice::HomeDirection::rising
               ? apt_stage::HomeDirection::rising
-              : apt_stage::HomeDirection::falling);
+              : apt_stage::HomeDirection::falling,
+          device.counts_until_homed);
       const auto& who = stage->identity();
       std::string identity = fmt::format("{} serial {}", who.model, who.serial);
       auto* const opened = stage.get();
@@ -81,6 +82,7 @@ Stage open_stage(const RigFile& rig, std::size_t index, Buses& buses, devices::C
     const auto profile = drive_profile(device.profile, rig.path.parent_path());
     modbus_stage::StageOptions options;
     options.confirmed = device.confirmed;
+    options.counts_until_homed = device.counts_until_homed;
     auto stage = std::make_unique<modbus_stage::ModbusStage>(
         buses[device.bus], device.unit, axis_setup(axis), profile,
         modbus_stage::DriveScale{device.steps_per_deg, device.reversed}, clock, options);

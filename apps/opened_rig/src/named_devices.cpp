@@ -49,9 +49,12 @@ std::vector<DeviceIdentity> named_devices(const RigFile& rig) {
     const std::string& name = rig.rig.axes[i].name;
     const AxisDevice& device = rig.devices.axes[i];
     all.push_back({name, from_rig_file(rig, fmt::format("axis.{}.device", name), [&] {
-                     return device.driver == AxisDevice::Driver::apt
-                                ? fmt::format("APT, {} serial {}", device.model, device.serial)
-                                : text_of_drive(rig, device);
+                     const std::string text =
+                         device.driver == AxisDevice::Driver::apt
+                             ? fmt::format("APT, {} serial {}", device.model, device.serial)
+                             : text_of_drive(rig, device);
+                     return device.counts_until_homed ? text + "; homing tells what it had lost"
+                                                      : text;
                    })});
   }
   all.push_back({kLampName, fmt::format("Modbus, unit {} on {}", rig.devices.lamp.unit,

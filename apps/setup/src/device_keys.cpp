@@ -109,6 +109,8 @@ void visit_axis_device(ConfigVisitor& v, AxisDevice& device) {
                     "of the joint angle while the home mark is searched");
     }
     v.flag("reversed", device.reversed, "the drive counts against the joint angle");
+    v.flag("counts_until_homed", device.counts_until_homed,
+           "told to home, it counts on in its old zero: you have tried it");
   });
 }
 

@@ -38,11 +38,12 @@ std::int32_t in_units(double value, const char* what, const std::string& axis) {
 
 AptStage::AptStage(std::shared_ptr<usb_bus::ByteStream> port, devices::AxisSetup setup,
                    AptModel model, bool reversed, devices::Clock& clock,
-                   HomeDirection home_direction)
+                   HomeDirection home_direction, bool counts_until_homed)
     : setup_(std::move(setup)),
       model_(std::move(model)),
       direction_(reversed ? -1.0 : 1.0),
       home_direction_(home_direction),
+      counts_until_homed_(counts_until_homed),
       clock_(clock),
       gate_(setup_.name, setup_.limits),
       link_(std::make_unique<AptLink>(std::move(port))) {
@@ -87,20 +88,25 @@ void AptStage::identify() {
   identity_ = found;
 }
 
-void AptStage::set_up() {
-  const auto velocity = [&](double deg_per_s) {
-    return in_units(deg_per_s * model_.velocity_per_deg_s, "velocity", name());
-  };
-  VelocityParams params;
-  params.acceleration = in_units(setup_.acceleration_deg_per_s2 * model_.acceleration_per_deg_s2,
-                                 "acceleration", name());
-  params.maximum = velocity(setup_.max_speed_deg_per_s);
+HomeParams AptStage::search_at(double deg_per_s) const {
   HomeParams home;
   const bool forward = (home_direction_ == HomeDirection::rising) == (direction_ > 0.0);
   home.direction = forward ? 1 : 2;
   home.limit_switch = forward ? 4 : 1;  // the one that lies that way
-  home.velocity = velocity(std::min(model_.home_speed_deg_per_s, setup_.max_speed_deg_per_s));
+  home.velocity =
+      in_units(std::min(deg_per_s, setup_.max_speed_deg_per_s) * model_.velocity_per_deg_s,
+               "velocity", name());
   home.offset = in_units(model_.home_offset_deg * model_.steps_per_deg, "home offset", name());
+  return home;
+}
+
+void AptStage::set_up() {
+  VelocityParams params;
+  params.acceleration = in_units(setup_.acceleration_deg_per_s2 * model_.acceleration_per_deg_s2,
+                                 "acceleration", name());
+  params.maximum =
+      in_units(setup_.max_speed_deg_per_s * model_.velocity_per_deg_s, "velocity", name());
+  const HomeParams home = search_at(model_.home_speed_deg_per_s);
 
   // The unit counts what was not acknowledged over all programs that ever asked it.
   link_->acknowledge();
@@ -129,22 +135,6 @@ void AptStage::reconnect() {
   }
 }
 
-/// Runs what talks to the unit; one that has gone is not homed when it comes back.
-template <class Act>
-auto AptStage::losing_home(Act act) {
-  try {
-    return act();
-  } catch (const DeviceError& error) {
-    if (error.code() == DeviceErrc::Disconnected) {
-      gate_.set_homed(false);
-      target_.reset();
-    }
-    throw;
-  }
-}
-
-/// Messages have no checksum: half of one with the next behind it can look like anything. What
-/// would end a session is believed when it is said twice.
 StatusUpdate AptStage::confirmed_status() {
   const StatusUpdate status = link_->ask_status();
   const bool lost_home = gate_.homed() && !status.has(status::kHomed);
@@ -179,86 +169,6 @@ void AptStage::require_no_alarm(const StatusUpdate& status) const {
                     fmt::format("the stage reports: {}; look at it, then switch it off and on or "
                                 "home() it (status {:#010x})",
                                 describe_status(alarms), status.bits));
-}
-
-void AptStage::home(std::chrono::milliseconds timeout) {
-  gate_.require_not_stopped();
-  const Time deadline = devices::deadline_after(clock_, timeout);
-  if (!link_->port().connected()) reconnect();
-  losing_home([&] {
-    set_up();  // it may have been switched off since
-    StatusUpdate before = confirmed_status();
-    const bool at_switch = before.has(status::kLimits);
-    before.bits &= ~status::kLimits;  // homing drives off a switch
-    require_no_alarm(before);
-    const bool knows_where = gate_.homed() && before.has(status::kHomed) && !at_switch;
-    if (knows_where) go_before_the_mark(deadline);
-    link_->forget();  // before the hold: stop() waits for that
-    {
-      const auto hold = gate_.hold_for_homing();
-      target_.reset();
-      settled_at_.reset();
-      link_->send(move_home());
-    }
-    try {
-      wait_for_home(deadline, timeout);
-    } catch (const DeviceError&) {
-      // An axis that does not know where it is must not drive on.
-      if (link_->port().connected()) link_->send(move_stop(StopMode::immediate));
-      throw;
-    }
-  });
-  gate_.set_homed(true);
-}
-
-/// To where the search begins: it turns in one direction only, and past the mark it would go on for
-/// a whole turn.
-void AptStage::go_before_the_mark(Time deadline) {
-  try {
-    // Signs are those of the search; the mark is at 0.
-    const double towards = home_direction_ == HomeDirection::falling ? -1.0 : 1.0;
-    const Angle end = towards < 0.0 ? setup_.limits.max : setup_.limits.min;
-    const double room_deg = -towards * (end - setup_.home).degrees();
-    const double run_up_deg = std::min(2.0 * model_.home_switch_deg, room_deg);
-    const StatusUpdate status = checked_status();
-    const double before_deg = -towards * (joint_at(status.position) - setup_.home).degrees();
-    // More than a turn before it the search would end at the same mark too early.
-    constexpr double kTurnDeg = 360.0;
-    const bool is_before = before_deg >= run_up_deg && before_deg <= kTurnDeg - run_up_deg;
-    if (is_before && !status.has(status::kInMotion)) return;
-    begin_move_to(setup_.home + Angle::from_degrees(-towards * run_up_deg));
-    wait_for_arrival(deadline);
-  } catch (const DeviceError&) {
-    gate_.set_homed(false);
-    target_.reset();
-    if (link_->port().connected()) link_->send(move_stop(StopMode::immediate));
-    throw;
-  }
-}
-
-void AptStage::wait_for_home(Time deadline, std::chrono::milliseconds timeout) {
-  bool seen_homing = false;
-  while (true) {
-    gate_.require_not_stopped();
-    StatusUpdate status = confirmed_status();
-    seen_homing = seen_homing || status.has(status::kHoming);
-    const bool told = link_->notices().homed || seen_homing;  // not the bit of an earlier homing
-    if (told && status.has(status::kHomed) && !status.has(status::kInMotion)) {
-      if (!settled_at_) settled_at_ = clock_.now() + setup_.settle;
-      if (clock_.now() >= *settled_at_ && distance_deg(status, 0) <= model_.in_position_deg) break;
-    } else {
-      settled_at_.reset();
-    }
-    status.bits &= ~status::kLimits;
-    require_no_alarm(status);
-    if (clock_.now() >= deadline) {
-      throw DeviceError(DeviceErrc::Timeout, name(),
-                        fmt::format("not home within {} ms (status: {})", timeout.count(),
-                                    describe_status(status.bits)));
-    }
-    pause();
-  }
-  settled_at_.reset();
 }
 
 void AptStage::begin_move_to(Angle target) {

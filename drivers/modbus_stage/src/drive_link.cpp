@@ -86,11 +86,13 @@ DriveState DriveLink::state(bool with_steps_of_moving) {
   state.arrived = (!profile_.command_complete.exists() || profile_.command_complete.in(status)) &&
                   (!profile_.in_position.exists() || profile_.in_position.in(status));
   state.homed = !profile_.homed.exists() || profile_.homed.in(status);
-  if (with_steps_of_moving || !state.moving) {
-    const double scale = profile_.find(profile_.position_register)->scale;
-    state.steps = std::llround(scale * static_cast<double>(read(profile_.position_register)));
-  }
+  if (with_steps_of_moving || !state.moving) state.steps = steps();
   return state;
+}
+
+std::int64_t DriveLink::steps() {
+  const double scale = profile_.find(profile_.position_register)->scale;
+  return std::llround(scale * static_cast<double>(read(profile_.position_register)));
 }
 
 std::string DriveLink::alarm_text() {

@@ -36,6 +36,8 @@ class DriveLink {
 
   /// `steps` of a moving axis only when asked for: it costs a transaction.
   DriveState state(bool with_steps_of_moving);
+  /// The feedback alone, also of a moving axis.
+  std::int64_t steps();
   /// Of the drive's present alarm, for a message.
   std::string alarm_text();
   /// "; the forward limit switch is on", or nothing.

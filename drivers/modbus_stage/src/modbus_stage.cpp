@@ -11,6 +11,7 @@
 
 #include "drive_codec.h"
 #include "drive_link.h"
+#include "standing_time.h"
 
 namespace gonio::modbus_stage {
 
@@ -35,20 +36,6 @@ bool all_repeatable(const Command& command) {
   return std::all_of(command.begin(), command.end(),
                      [](const RegisterWrite& write) { return write.repeatable; });
 }
-
-/// Since when an axis has been standing, on the host's clock.
-class StandingTime {
- public:
-  bool longer_than(bool standing, std::chrono::milliseconds limit) {
-    if (!standing || !standing_) since_ = Host::now();
-    standing_ = standing;
-    return standing && Host::now() - since_ > limit;
-  }
-
- private:
-  bool standing_ = false;
-  Host::time_point since_{};
-};
 
 devices::AxisSetup checked(devices::AxisSetup setup) {
   setup.validate();
@@ -77,6 +64,12 @@ ModbusStage::ModbusStage(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit,
                                         std::move(profile), options_.confirmed,
                                         [this](DeviceErrc code) { link_failed(code); })),
       profile_(link_->profile()) {
+  if (options_.counts_until_homed && profile_.absolute_encoder) {
+    throw std::invalid_argument(
+        fmt::format("axis {}: counts_until_homed: found true, expected false with the profile {}: "
+                    "it homes by its absolute encoder, which looks for no mark",
+                    setup_.name, profile_.name));
+  }
   const double per_deg = std::abs(steps_per_deg_);
   try {
     speed_ = speed_number(profile_, per_deg, setup_.max_speed_deg_per_s);
@@ -113,67 +106,6 @@ void ModbusStage::link_failed(DeviceErrc code) {
   // Whoever was silent may have been switched off; it counts from 0 again, and may not know it.
   const bool would_know = profile_.absolute_encoder || profile_.homed.exists();
   if (!silent || !would_know) gate_.set_homed(false);
-}
-
-void ModbusStage::home(std::chrono::milliseconds timeout) {
-  const Clock::Duration deadline = devices::deadline_after(clock_, timeout);
-  { const auto hold = gate_.hold_for_homing(); }
-  target_steps_.reset();
-  settled_ = false;
-  try {
-    if (!identified_) identify();
-    make_ready_for_homing();
-    link_->command(profile_.home, {}, unless_stopped());
-    wait_for_home(deadline);
-    settle(deadline);
-    settled_ = true;
-  } catch (const DeviceError&) {
-    try_stop(
-        modbus_bus::Attempts::several);  // an axis that does not know where it is must not drive on
-    throw;
-  }
-  gate_.set_homed(true);
-}
-
-void ModbusStage::make_ready_for_homing() {
-  DriveState state = link_->state(false);
-  require_sound(state);
-  if (state.moving) {
-    send_stop(modbus_bus::Attempts::several);
-    wait_until_standing();
-  }
-  release_stop(unless_stopped());
-  if (state.enabled || profile_.enable.empty()) return;
-  link_->command(profile_.enable, {}, unless_stopped());
-  const Host::time_point last = Host::now() + profile_.start_time + options_.arrival_patience;
-  while (!link_->state(false).enabled) {
-    if (Host::now() > last) fail(DeviceErrc::Fault, "the drive does not enable its motor");
-    std::this_thread::sleep_for(options_.poll_interval);
-  }
-}
-
-void ModbusStage::wait_for_home(Clock::Duration deadline) {
-  const Host::time_point begun = Host::now();
-  bool started = false;
-  StandingTime standing;
-  while (true) {
-    const DriveState state = link_->state(false);
-    gate_.require_not_stopped();
-    require_sound(state);
-    // Until it has started, the drive may still say what it said after the last homing.
-    started = started || state.moving || (profile_.homed.exists() && !state.homed) ||
-              Host::now() - begun > profile_.start_time;
-    if (started && !state.moving && state.homed && std::abs(state.steps) <= tolerance_steps_) {
-      return;
-    }
-    if (standing.longer_than(started && !state.moving,
-                             profile_.start_time + options_.arrival_patience)) {
-      fail(DeviceErrc::Timeout, fmt::format("homing has ended without the home mark, at {} steps{}",
-                                            state.steps, link_->limit_text()));
-    }
-    if (clock_.now() >= deadline) fail(DeviceErrc::Timeout, "home mark not found in time");
-    std::this_thread::sleep_for(options_.poll_interval);
-  }
 }
 
 void ModbusStage::begin_move_to(Angle target) {

@@ -13,7 +13,7 @@
 namespace gonio::emulator_faults {
 namespace {
 
-constexpr std::array<std::pair<Fault, std::string_view>, 18> kNames{{
+constexpr std::array<std::pair<Fault, std::string_view>, 19> kNames{{
     {Fault::dead_link, "dead_link"},
     {Fault::exception, "exception"},
     {Fault::crc_error, "crc_error"},
@@ -25,6 +25,7 @@ constexpr std::array<std::pair<Fault, std::string_view>, 18> kNames{{
     {Fault::alarm, "alarm"},
     {Fault::limit_switch, "limit_switch"},
     {Fault::lost_move, "lost_move"},
+    {Fault::lost_steps, "lost_steps"},
     {Fault::never_in_position, "never_in_position"},
     {Fault::stop_ignored, "stop_ignored"},
     {Fault::power_cycle, "power_cycle"},
@@ -76,9 +77,12 @@ void set(FaultRule& rule, std::string_view text, std::string_view key, std::stri
     rule.count = whole(text, key, value);
   } else if (key == "probability") {
     rule.probability = number(text, key, value);
+  } else if (key == "degrees") {
+    rule.degrees = number(text, key, value);
   } else {
     refuse(text,
-           fmt::format("found \"{}\", expected after_s, for_s, skip, count or probability", key));
+           fmt::format("found \"{}\", expected after_s, for_s, skip, count, probability or degrees",
+                       key));
   }
 }
 
@@ -100,6 +104,12 @@ void FaultRule::validate() const {
   };
   require(after_s >= 0.0 && std::isfinite(after_s), "after_s", after_s, "0 or more");
   if (for_s) require(*for_s > 0.0 && std::isfinite(*for_s), "for_s", *for_s, "above 0");
+  const bool has_degrees = degrees != 0.0 && std::isfinite(degrees);
+  if (fault == Fault::lost_steps) {
+    require(has_degrees, "degrees", degrees, "how far the axis is turned");
+  } else {
+    require(degrees == 0.0, "degrees", degrees, "none: only lost_steps has them");
+  }
   require(probability >= 0.0 && probability <= 1.0, "probability", probability, "0 to 1");
 }
 
@@ -143,9 +153,22 @@ void FaultPlan::add(FaultRule rule) {
 }
 
 bool FaultPlan::strikes(Fault fault, std::string_view device, std::chrono::nanoseconds now) {
+  bool struck = false;
+  take_opportunity(fault, device, now, [&](const FaultRule&) { struck = true; });
+  return struck;
+}
+
+double FaultPlan::lost_steps_deg(std::string_view device, std::chrono::nanoseconds now) {
+  double deg = 0.0;
+  take_opportunity(Fault::lost_steps, device, now,
+                   [&](const FaultRule& rule) { deg += rule.degrees; });
+  return deg;
+}
+
+void FaultPlan::take_opportunity(Fault fault, std::string_view device, std::chrono::nanoseconds now,
+                                 const WhenStruck& when_struck) {
   const std::lock_guard lock(mutex_);
   const double time_s = std::chrono::duration<double>(now).count();
-  bool struck = false;
   for (std::size_t index = 0; index < rules_.size(); ++index) {
     State& state = rules_[index];
     const FaultRule& rule = state.rule;
@@ -157,9 +180,8 @@ bool FaultPlan::strikes(Fault fault, std::string_view device, std::chrono::nanos
     const random::Key key = random::make_key(seed_, "emulator.fault", index);
     if (random::uniform(key, opportunity) >= rule.probability) continue;
     ++state.struck;
-    struck = true;
+    when_struck(rule);
   }
-  return struck;
 }
 
 std::uint64_t FaultPlan::struck(Fault fault) const {

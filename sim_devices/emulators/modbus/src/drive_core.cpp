@@ -54,6 +54,9 @@ void DriveCore::home() {
     return;
   }
   doing_ = Doing::homing;
+  if (faults_) {
+    mechanics_.joint->lose_steps(Angle::from_degrees(faults_->lost_steps_deg(name_, now())));
+  }
   mechanics_.joint->start_homing(now());
 }
 
@@ -102,8 +105,10 @@ void DriveCore::look() {
 
 std::int32_t DriveCore::feedback_steps() {
   look();
-  const double steps =
-      (mechanics_.joint->encoder(now()) - zero_).degrees() * mechanics_.steps_per_deg;
+  // An absolute encoder is the home itself: there is no mark to look for.
+  const Angle counted =
+      absolute_encoder_ ? mechanics_.joint->encoder(now()) : mechanics_.joint->counter(now());
+  const double steps = (counted - zero_).degrees() * mechanics_.steps_per_deg;
   constexpr double kLimit = std::numeric_limits<std::int32_t>::max();
   return static_cast<std::int32_t>(std::clamp(std::round(steps), -kLimit, kLimit));
 }

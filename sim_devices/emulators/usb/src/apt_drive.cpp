@@ -180,6 +180,7 @@ void AptDrive::start_homing() {
   latched_bits_ &= ~0x3U;  // drives off the switches
   never_arrives_ = false;
   const Time now = clock_.now();
+  joint_.lose_steps(Angle::from_degrees(faults_.lost_steps_deg(name(), now)));
   forward_ = home_params_.at(2) == 1;
   const double way = forward_ != options_.reversed ? 1.0 : -1.0;
   const Angle here = joint_.encoder(now);
@@ -189,11 +190,10 @@ void AptDrive::start_homing() {
   home_at_ = here + Angle::from_degrees(way * travel_deg);
   if (std::abs((home_at_ - options_.home).degrees()) < kOnTheMarkDeg) {
     home_at_ = options_.home;
-    joint_.start_homing(now);
-  } else {
-    // sim::Joint knows one mark and goes straight there; this is the same mark a turn further on.
-    joint_.move_to(home_at_, now);
   }
+  joint_.start_homing(
+      now, home_at_,
+      sim::Joint::Pace{get32(home_params_, 6) / kVelocityUnit, acceleration_ / kAccelerationUnit});
   motion_ = Motion::homing;
   plan_faults();
 }
@@ -253,7 +253,7 @@ void AptDrive::send_status(std::uint16_t id) {
 }
 
 std::int32_t AptDrive::position() const {
-  const double deg = (joint_.encoder(clock_.now()) - zero_).degrees();
+  const double deg = (joint_.counter(clock_.now()) - zero_).degrees();
   return static_cast<std::int32_t>(
       std::lround((options_.reversed ? -1.0 : 1.0) * deg * kStepsPerDeg));
 }

@@ -42,12 +42,17 @@ class Joint {
   Time move_to(Angle target, Time now, std::optional<Pace> pace = std::nullopt);
 
   /// Drives to the home mark and searches it. finish_homing() redefines the zero at its end.
-  Time start_homing(Time now);
+  /// `mark`: the same one whole turns from home. The axis's own pace is the limit.
+  Time start_homing(Time now, std::optional<Angle> mark = std::nullopt,
+                    std::optional<Pace> pace = std::nullopt);
   void finish_homing();
   /// Where it stood when the last homing began, by the zero that it found. Nothing before.
   std::optional<Angle> stood_before_home() const;
 
   void brake(Time now);
+
+  /// Turns the shaft without its encoder knowing, until the next homing.
+  void lose_steps(Angle by);
 
   /// When the motor will have done what it was sent for, or had: a homing's search included,
   /// ringing not.
@@ -57,6 +62,9 @@ class Joint {
   bool at_rest_during(Time from, Time to) const;
 
   Angle encoder(Time time) const;
+  /// What a counter shows that goes on in its old zero until finish_homing(): as encoder(), and
+  /// while the mark is searched back from where it was believed, then slowly to where it is.
+  Angle counter(Time time) const;
   Angle true_angle(Time time) const;
 
  private:
@@ -80,6 +88,8 @@ class Joint {
 
   const Segment& segment_at(Time time) const;
   State state_at(Time time) const;
+  Angle in_encoder_steps(double angle_rad) const;
+  Pace limited(const std::optional<Pace>& pace) const;
   double slip_rad(Time time) const;
   void append(const MotionProfile& profile, double end_rad, Time start, Time search, Time settle,
               bool rings);
@@ -101,6 +111,9 @@ class Joint {
   double homing_error_rad_ = 0.0;
   bool slip_found_ = false;         ///< by the homing under way, or one before
   double before_homing_rad_ = 0.0;  ///< of the homing under way, true but for zero_offset
+  double lost_rad_ = 0.0;           ///< since the last homing
+  /// Of the homing under way: the mark in the encoder's old count, less where it was believed.
+  std::optional<double> mark_off_rad_;
   std::optional<Angle> stood_before_home_;
 };
 

@@ -44,7 +44,8 @@ struct AxisDevice {
   HomeDirection home_direction =
       HomeDirection::falling;  ///< of the joint angle, searching the mark
 
-  bool reversed = false;  ///< the drive counts against the joint angle
+  bool reversed = false;            ///< the drive counts against the joint angle
+  bool counts_until_homed = false;  ///< in its old zero: the user has seen it
 };
 
 struct LampChannelEntry {

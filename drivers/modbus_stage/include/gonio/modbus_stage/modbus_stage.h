@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "gonio/devices/clock.h"
+#include "gonio/devices/home_count.h"
+#include "gonio/devices/homing_report.h"
 #include "gonio/devices/resettable_alarm.h"
 #include "gonio/devices/rotation_stage.h"
 #include "gonio/devices/stage_gate.h"
@@ -27,6 +29,9 @@ struct DriveScale {
 struct StageOptions {
   /// Registers that the profile calls unconfirmed and that the user has tried on this drive.
   std::vector<std::string> confirmed;
+  /// The user has seen that this drive, told to home, counts on in its old zero until it says that
+  /// it is home; no manual at hand says so. Then the axis tells where it stood before.
+  bool counts_until_homed = false;
   Angle position_tolerance = Angle::from_degrees(0.02);  ///< of the feedback to the target
   std::chrono::milliseconds poll_interval{10};           ///< host's time
   /// Host's time that a standing axis may take to say that it has arrived.
@@ -62,11 +67,14 @@ struct MoveNumbers;
 ///          require_standing() send it again.
 /// Errors   As RotationStage. Fault also: an axis that stands short of its target or moves on after
 ///          a stop. Timeout also: a drive that stands and does not say that it has arrived.
-class ModbusStage final : public devices::RotationStage, public devices::ResettableAlarm {
+class ModbusStage final : public devices::RotationStage,
+                          public devices::ResettableAlarm,
+                          public devices::HomingReport {
  public:
   /// Reads the drive's state and the settings that the profile counts on. `clock` outlives it.
   /// Throws std::invalid_argument: setup, profile or scale; an unconfirmed register that motion
-  /// needs (naming it and the key `confirmed`). DeviceError: nobody answers (Timeout,
+  /// needs (naming it and the key `confirmed`); counts_until_homed of a drive that homes by its
+  /// absolute encoder. DeviceError: nobody answers (Timeout,
   /// Disconnected), settings that differ (Protocol).
   ModbusStage(std::shared_ptr<modbus_bus::ModbusBus> bus, int unit, devices::AxisSetup setup,
               DriveProfile profile, DriveScale scale, devices::Clock& clock,
@@ -80,6 +88,10 @@ class ModbusStage final : public devices::RotationStage, public devices::Resetta
   Angle wait_until_settled(std::chrono::milliseconds timeout) override;
   void stop() noexcept override;
   void rearm() override;
+  bool tells() const override { return options_.counts_until_homed; }
+  std::optional<devices::StoodBeforeHome> stood_before_home() const override {
+    return stood_before_home_;
+  }
 
   /// Makes sure that the axis stands after stop(), which is sent if nobody has: again if it did not
   /// get through, then waits while the axis may still brake. Throws Fault when it moves on; as the
@@ -110,7 +122,9 @@ class ModbusStage final : public devices::RotationStage, public devices::Resetta
   void note_move(std::int32_t steps);
   bool on_target(const DriveState& state) const;
   void make_ready_for_homing();
-  void wait_for_home(devices::Clock::Duration deadline);
+  /// `count` is told what is read meanwhile; may be null.
+  void wait_for_home(devices::Clock::Duration deadline, devices::HomeCount* count);
+  void note_where_it_stood(const devices::HomeCount& count);
   void settle(devices::Clock::Duration deadline);
   void wait_until_standing();
   [[noreturn]] void fail(devices::DeviceErrc code, const std::string& message) const;
@@ -135,6 +149,7 @@ class ModbusStage final : public devices::RotationStage, public devices::Resetta
   std::chrono::steady_clock::time_point moved_at_{};  ///< when it was sent, on the host's clock
   bool started_ = false;                              ///< the drive's status is of this move
   bool settled_ = false;                              ///< since then
+  std::optional<devices::StoodBeforeHome> stood_before_home_;
   /// A stop may have to be released. So it is at first: another process, a watchdog for one, may
   /// have sent it.
   std::atomic<bool> stop_set_ = true;

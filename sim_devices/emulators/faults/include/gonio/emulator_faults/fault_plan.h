@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -24,6 +25,7 @@ enum class Fault {
   alarm,               ///< a drive: raises its alarm, brakes
   limit_switch,        ///< a drive: runs into its limit switch, brakes
   lost_move,           ///< USB: the stage does not hear the command to move
+  lost_steps,          ///< a drive: when it begins to home, it was turned without its count knowing
   never_in_position,   ///< a drive: never says that it has arrived
   stop_ignored,        ///< a drive: a stop command changes nothing
   power_cycle,         ///< a drive: was without power for a moment: stands, not homed, no alarm
@@ -44,14 +46,15 @@ struct FaultRule {
   std::uint64_t skip = 0;              ///< opportunities let pass first, within that time
   std::optional<std::uint64_t> count;  ///< times it strikes; none: every time
   double probability = 1.0;            ///< of each opportunity
+  double degrees = 0.0;                ///< of lost_steps alone: how far the joint was turned
 
   /// Throws std::invalid_argument naming the field, what was found and what is expected.
   void validate() const;
 };
 
 /// A rule as the command line writes it: NAME[@DEVICE][:after_s=N,for_s=N,skip=N,count=N,
-/// probability=P], for example "late_reply@tilt:after_s=5,count=3". Throws std::invalid_argument
-/// naming the text, what was found and what is expected.
+/// probability=P,degrees=N], for example "late_reply@tilt:after_s=5,count=3". Throws
+/// std::invalid_argument naming the text, what was found and what is expected.
 FaultRule fault_rule_from_text(std::string_view text);
 
 /// All rules of an emulated rig.
@@ -68,10 +71,17 @@ class FaultPlan {
   /// Takes one opportunity: does `fault` strike `device` at `now` (the world's time)?
   bool strikes(Fault fault, std::string_view device, std::chrono::nanoseconds now);
 
+  /// As strikes(), of lost_steps: how far the axis was turned, 0 where nothing strikes.
+  double lost_steps_deg(std::string_view device, std::chrono::nanoseconds now);
+
   /// How often `fault` has struck, on all devices.
   std::uint64_t struck(Fault fault) const;
 
  private:
+  using WhenStruck = std::function<void(const FaultRule&)>;
+  void take_opportunity(Fault fault, std::string_view device, std::chrono::nanoseconds now,
+                        const WhenStruck& when_struck);
+
   struct State {
     FaultRule rule;
     std::uint64_t opportunities = 0;

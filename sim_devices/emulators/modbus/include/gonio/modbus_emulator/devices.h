@@ -32,12 +32,13 @@ struct DriveMechanics {
 /// Leadshine EM2RS / CS2RS / iEM-RS: PR mode, functions 03, 06 and 10. It answers a damaged request
 /// with exception 08. 10000 steps make a revolution of the motor, as delivered.
 /// Faults: alarm (over-current), limit_switch (stops, completes nothing), never_in_position,
-/// stop_ignored, power_cycle (counts from where it stands).
+/// stop_ignored, power_cycle (counts from where it stands), lost_steps. While it homes it counts on
+/// in its old zero, which no manual at hand says of the drive of metal.
 std::unique_ptr<RegisterDevice> leadshine_drive(std::string name, const DriveMechanics& mechanics,
                                                 Faults faults);
 
 /// Oriental Motor AZ: direct data operation, functions 03, 06, 08 and 10. Faults as above; a limit
-/// switch raises alarm 66h, and a power cycle leaves its position known.
+/// switch raises alarm 66h, a power cycle leaves its position known, and it loses no steps.
 std::unique_ptr<RegisterDevice> az_drive(std::string name, const DriveMechanics& mechanics,
                                          Faults faults);
 

@@ -39,13 +39,15 @@ struct PowerMeterOptions {
 ///          not from the drivers.
 /// Homing   The stage turns in the direction it is told until the mark comes round. With the mark
 ///          behind it that is the long way, and the joint then stands a turn from its home angle.
+///          Meanwhile it counts on in its old zero, which no document at hand says of a real one.
 /// Seen by  Programs that have the preload library loaded and UMOCKDEV_DIR set: the one that hosts
 /// the
 ///          testbed (it links the library by linking this target), and any other started with
 ///          environment(). Claims, and what is under way, end with the process that made them.
 /// Faults   dead_link, torn_reply, stall and unplug on both devices; alarm, limit_switch,
-///          lost_move, never_in_position and stop_ignored on the stage. An alarm stands until the
-///          power is cycled, a limit switch until homing. unplug() and its siblings do it by hand.
+///          lost_move, lost_steps, never_in_position and stop_ignored on the stage. An alarm stands
+///          until the power is cycled, a limit switch until homing. unplug() and its siblings do it
+///          by hand.
 /// Limits   One testbed in a process at a time. Programs that hold devices are to end before it:
 /// the
 ///          preload library aborts them otherwise.
