@@ -158,8 +158,19 @@ bool FaultPlan::strikes(Fault fault, std::string_view device, std::chrono::nanos
     if (random::uniform(key, opportunity) >= rule.probability) continue;
     ++state.struck;
     struck = true;
+    if (!first_struck_) first_struck_ = now;
   }
   return struck;
+}
+
+void FaultPlan::mend() {
+  const std::lock_guard lock(mutex_);
+  rules_.clear();
+}
+
+std::optional<std::chrono::nanoseconds> FaultPlan::first_struck() const {
+  const std::lock_guard lock(mutex_);
+  return first_struck_;
 }
 
 std::uint64_t FaultPlan::struck(Fault fault) const {
