@@ -53,7 +53,6 @@ white_frames = 1
 dark_frames = 2
 sentinel_every = 1
 retries = 1
-move_timeout_s = 60
 [simulation]
 lamp_drift_sigma = 0
 white_light = true
@@ -78,24 +77,24 @@ cli::RigFile small_emulated_rig() {
                   "parity = \"even\"\nresponse_timeout_ms = 40\nretries = 1");
   // One lamp channel and a colour camera take a third of the frames.
   const std::size_t channels = text.find("[[lamp.channel]]");
-  text.replace(channels, text.find("[monitor]") - channels,
-               "[[lamp.channel]]\nname = \"white\"\nwavelength_nm = 0\nnumber = 1\nlevel = 1000\n\n");
+  text.replace(
+      channels, text.find("[monitor]") - channels,
+      "[[lamp.channel]]\nname = \"white\"\nwavelength_nm = 0\nnumber = 1\nlevel = 1000\n\n");
   text = replaced(text, "\"Mono12p\"", "\"BayerRG12p\"");
-  text = replaced(text, "tcp_port = 1502",
-                  "tcp_port = 1502\nresponse_timeout_ms = 40\nretries = 1");
+  text =
+      replaced(text, "tcp_port = 1502", "tcp_port = 1502\nresponse_timeout_ms = 40\nretries = 1");
   cli::RigFile rig = cli::rig_file_from_text(text + kSmaller, path);
   for (rig::Axis& axis : rig.rig.axes) axis.settle = std::chrono::milliseconds(50);
   return rig;
 }
 
 EmulatedMachine::EmulatedMachine(const cli::RigFile& rig, std::uint64_t noise_seed) {
-  sim::SimOptions world =
-      cli::simulated_world(rig, brdf::builtin_materials().front().model, 7);
+  sim::SimOptions world = cli::simulated_world(rig, brdf::builtin_materials().front().model, 7);
   world.time_scale = kEmulatedTimeScale;
   world.runs_by_itself = true;
   world.noise_seed = noise_seed;
-  emulated_ = std::make_unique<emulate::EmulatedRig>(
-      rig, world, std::vector<emulator_faults::FaultRule>(), 1);
+  emulated_ = std::make_unique<emulate::EmulatedRig>(rig, world,
+                                                     std::vector<emulator_faults::FaultRule>(), 1);
   for (const auto& [name, value] : emulated_->environment()) {
     // Its library is part of this program already.
     if (name != "LD_PRELOAD") ::setenv(name.c_str(), value.c_str(), 1);

@@ -192,8 +192,7 @@ class AravisCamera::Machine {
     }
   }
 
-  devices::Frame expose(std::chrono::nanoseconds exposure,
-                        const std::function<void()>& meanwhile) {
+  devices::Frame expose(std::chrono::nanoseconds exposure, const std::function<void()>& meanwhile) {
     // A line is pulsed whether or not anybody asks: only a new acquisition has none of the
     // exposures that were under way.
     if (restart_first_ || by_line()) {
