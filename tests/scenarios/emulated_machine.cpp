@@ -125,7 +125,8 @@ DrivenMachine::DrivenMachine(const cli::RigFile& rig)
   monitor_ = std::make_unique<usbtmc_monitor::UsbtmcMonitor>(
       usb_bus::open_usb_device("monitor", cli::monitor_address(rig.devices.monitor)), monitor);
   aravis_camera::AravisCameraOptions camera = cli::camera_options(rig);
-  camera.frame_margin = std::chrono::milliseconds(200);
+  // Two repetitions of two exposures outlast the second in which a lost camera is noticed.
+  camera.frame_margin = std::chrono::milliseconds(400);
   camera.retries = 1;
   camera.open_patience = std::chrono::milliseconds(1000);
   camera_ = std::make_unique<aravis_camera::AravisCamera>(camera, clock_);
