@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "gonio/instrument/measurement_equation.h"
+#include "light_watch.h"
 #include "standing_capture.h"
 
 namespace gonio::acquisition {
@@ -61,22 +62,19 @@ BracketResult take_bracket(GuardedDevices& devices, const instrument::Instrument
                            const SessionOptions& options, const Regions& regions,
                            std::chrono::nanoseconds first_exposure, const FrameRecord& record,
                            SessionWriter& archive) {
-  // So that a bracket of one frame has two readings as well.
-  double lowest_monitor = devices.read_monitor();
-  double highest_monitor = lowest_monitor;
+  LightWatch light(devices);
   const auto expose = [&](std::chrono::nanoseconds exposure) {
     FrameRecord own = record;
-    const devices::Frame frame = capture_standing(devices, exposure, own);
-    own.monitor = devices.read_monitor();
-    lowest_monitor = std::min(lowest_monitor, own.monitor);
-    highest_monitor = std::max(highest_monitor, own.monitor);
+    const devices::Frame frame =
+        capture_standing(devices, exposure, own, [&] { light.during(exposure); });
+    own.monitor = light.read();
     archive.append(std::move(own), frame);
     return read_regions(frame, regions, instrument.sensor.response);
   };
   BracketResult result = bracket_exposures(
       instrument.sensor, options, devices.devices().camera->info(), first_exposure, expose);
-  result.lowest_monitor = lowest_monitor;
-  result.highest_monitor = highest_monitor;
+  result.lowest_monitor = light.lowest();
+  result.highest_monitor = light.highest();
   return result;
 }
 

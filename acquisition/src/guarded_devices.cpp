@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "gonio/devices/watchable_camera.h"
 #include "gonio/rig/paths.h"
 
 namespace gonio::acquisition {
@@ -337,10 +338,14 @@ void GuardedDevices::check_frame(const devices::Frame& frame,
   }
 }
 
-devices::Frame GuardedDevices::capture(std::chrono::nanoseconds exposure) {
+devices::Frame GuardedDevices::capture(std::chrono::nanoseconds exposure,
+                                       const std::function<void()>& meanwhile) {
   devices::Frame frame;
+  auto* const watchable =
+      meanwhile ? dynamic_cast<devices::WatchableCamera*>(devices_.camera) : nullptr;
   retrying([&] {
-    frame = devices_.camera->capture(exposure);
+    frame = watchable != nullptr ? watchable->capture(exposure, meanwhile)
+                                 : devices_.camera->capture(exposure);
     check_frame(frame, exposure);
   });
   last_frame_ = {frame.frame_id, frame.gain_db, frame.black_level_dn, frame.saturation_level_dn};

@@ -10,11 +10,11 @@
 namespace gonio::acquisition {
 
 devices::Frame capture_standing(GuardedDevices& devices, std::chrono::nanoseconds exposure,
-                                FrameRecord& record) {
+                                FrameRecord& record, const std::function<void()>& meanwhile) {
   // Nothing was sent to move since: what stood where it was read stands there still, and if not,
   // the reading after the exposure tells.
   const rig::Joints before = devices.last_reading();
-  devices::Frame frame = devices.capture(exposure);
+  devices::Frame frame = devices.capture(exposure, meanwhile);
   const rig::Joints after = devices.read_joints();
   record.joints.clear();
   record.joints_spread.clear();

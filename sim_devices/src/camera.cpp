@@ -68,7 +68,8 @@ devices::CameraInfo SimCamera::info() const {
   return info;
 }
 
-devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
+devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure,
+                                  const std::function<void()>& meanwhile) {
   if (exposure < options_.min_exposure || exposure > options_.max_exposure) {
     throw DeviceError(
         DeviceErrc::LimitViolation, name_,
@@ -96,6 +97,7 @@ devices::Frame SimCamera::capture(std::chrono::nanoseconds exposure) {
   // while the exposure lasts, and once more should one of them have been started meanwhile.
   const bool foreseen = at_rest_during(frame.exposure_start, end);
   if (foreseen) frame.pixels_dn = picture(frame.exposure_start, end, lit, noise);
+  meanwhile();
   view_.clock.wait_until(frame.exposure_start + frame.exposure + options_.readout);
   if (!foreseen || !at_rest_during(frame.exposure_start, end))
     frame.pixels_dn = picture(frame.exposure_start, end, lit, noise);

@@ -6,6 +6,7 @@
 
 #include "changer.h"
 #include "gonio/devices/camera.h"
+#include "gonio/devices/watchable_camera.h"
 #include "gonio/sim/joint.h"
 #include "lamp_output.h"
 #include "lens.h"
@@ -27,13 +28,17 @@ struct CameraView {
 /// The camera: a global shutter that integrates over its exposure, also while axes move.
 ///
 /// Light that is on when the exposure begins stays on until it ends, at the output of its middle.
-class SimCamera final : public devices::Camera {
+class SimCamera final : public devices::Camera, public devices::WatchableCamera {
  public:
   SimCamera(const SimOptions& options, const CameraView& view);
 
   const std::string& name() const override { return name_; }
   devices::CameraInfo info() const override;
-  devices::Frame capture(std::chrono::nanoseconds exposure) override;
+  devices::Frame capture(std::chrono::nanoseconds exposure) override {
+    return capture(exposure, [] {});
+  }
+  devices::Frame capture(std::chrono::nanoseconds exposure,
+                         const std::function<void()>& meanwhile) override;
   /// Noise is drawn from this index on: SimGoniometer::begin_subject().
   void count_noise_from(std::uint64_t index);
 

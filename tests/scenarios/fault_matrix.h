@@ -24,8 +24,10 @@ struct FaultCell {
   std::string lasts;
   std::string over;  ///< by which test it is asserted
   std::string phase;
-  std::string outcome;    ///< "-": it cannot be
-  double within_s = 0.0;  ///< from the fault to its outcome, session clock; 0: not asserted
+  std::string outcome;  ///< "-": it cannot be
+  /// From the fault to its outcome, 0: not asserted. On the session's clock; over the wire, whose
+  /// deadlines are the host's, on the host's.
+  double within_s = 0.0;
   std::string dash_because;
 
   bool is_possible() const { return outcome != "-"; }

@@ -2,7 +2,7 @@
 // session has its declared outcome in time, leaves the rig safe and the archive readable, and once
 // it is gone the session comes to its end with the samples of an undisturbed one.
 
-#include "fault_matrix.h"
+#include "fault_outcomes.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,6 @@
 #include <set>
 
 #include "faulty_devices.h"
-#include "gonio/errors/errors.h"
 #include "recorded_disk.h"
 #include "run_sql.h"
 #include "steady_session.h"
@@ -20,7 +19,6 @@
 namespace gonio {
 namespace {
 
-using acquisition::PointOutcome;
 using acquisition::Reduction;
 using acquisition::SessionProgress;
 using acquisition::SessionReader;
@@ -31,16 +29,10 @@ using namespace gonio::literals;
 const std::vector<std::array<double, 3>> kFourDirections(kTwelveDirections.begin() + 4,
                                                          kTwelveDirections.begin() + 8);
 constexpr std::size_t kFaultyAxis = 1;
-constexpr int kStruckPoint = 1;  ///< Strikes::on_progress()
 /// What lasts "during the phase" strikes at every opportunity.
 constexpr int kEveryTime = 100000;
 /// Of a point's mean, when a frame of it or its white was taken again: noise of other frames.
 constexpr double kSameWithin = 0.01;
-
-/// Whether a session reports this phase for the first time, or in it the point that is struck.
-bool is_beginning(const SessionProgress& now, const std::string& phase) {
-  return now.phase == phase && (phase != "point" || now.done == kStruckPoint);
-}
 
 /// Beginning and end of every phase of an undisturbed session.
 struct PhaseTimes {
@@ -56,15 +48,6 @@ struct PhaseTimes {
 
  private:
   std::string under_way_;
-};
-
-/// How the part of a session with the fault ended.
-struct FirstPart {
-  acquisition::SessionResult result;
-  bool ended = false;  ///< with an error
-  std::string error;
-  Time at{0};
-  std::optional<Time> struck;
 };
 
 class FaultMatrix : public SteadySession, public testing::WithParamInterface<FaultCell> {
@@ -92,7 +75,7 @@ class FaultMatrix : public SteadySession, public testing::WithParamInterface<Fau
   /// The session with the fault.
   FirstPart run_with_fault() {
     sim::SimGoniometer world(world_);
-    FirstPart part;
+    std::optional<Time> interrupted;
     std::stop_source pause;
     std::stop_source stop;
     acquisition::SessionPart session_part;
@@ -102,19 +85,15 @@ class FaultMatrix : public SteadySession, public testing::WithParamInterface<Fau
       if (!is_beginning(now, cell_.phase)) return;
       if (cell_.fault == "asked to pause") pause.request_stop();
       if (cell_.fault == "asked to stop") stop.request_stop();
-      if (cell_.row == "interrupted" && !part.struck) part.struck = world.clock().now();
+      if (cell_.row == "interrupted" && !interrupted) interrupted = world.clock().now();
     };
-    try {
-      acquisition::SessionWriter archive(session_, {{"sample_id", "plate"}}, {});
-      part.result = run(world, archive, progress, session_part, stop.get_token());
-    } catch (const devices::DeviceError& error) {
-      part.ended = true;
-      part.error = error.what();
-    } catch (const FileError& error) {
-      part.ended = true;
-      part.error = error.what();
-    }
-    part.at = world.clock().now();
+    FirstPart part = first_part(
+        [&] {
+          acquisition::SessionWriter archive(session_, {{"sample_id", "plate"}}, {});
+          return run(world, archive, progress, session_part, stop.get_token());
+        },
+        [&] { return world.clock().now(); });
+    part.struck = interrupted;
     if (strikes_) part.struck = strikes_->first();
     if (struck_world_) part.struck = struck_world_;
     strikes_.reset();
@@ -141,27 +120,9 @@ class FaultMatrix : public SteadySession, public testing::WithParamInterface<Fau
     disk.restore(moment == Moment::middle ? (from + until) / 2 : until, loss, from, session_);
   }
 
-  std::vector<acquisition::SessionNote> notes(const std::string& kind) const {
-    std::vector<acquisition::SessionNote> found;
-    const SessionReader archive(session_);
-    for (const acquisition::SessionNote& note : archive.notes()) {
-      if (note.kind == kind) found.push_back(note);
-    }
-    return found;
+  SessionUnderFault checked() const {
+    return {cell_, session_, plan_.points.size(), 1.0, [this] { return reduced(session_); }};
   }
-
-  void expect_outcome(const FirstPart& part);
-  void expect_in_time(const FirstPart& part, Time outcome) const {
-    if (cell_.within_s == 0.0 || !part.struck) return;
-    EXPECT_LE(devices::to_seconds(outcome - *part.struck), cell_.within_s) << "took too long";
-  }
-  void expect_first_note_in_time(const FirstPart& part, const std::string& kind) const {
-    const auto found = notes(kind);
-    ASSERT_FALSE(found.empty()) << "expected a note: " << kind;
-    expect_in_time(part, found.front().at);
-  }
-  /// Nothing is stored as good that differs from the undisturbed session.
-  void expect_good_samples() const;
 
   FaultCell cell_;
   TemporaryFolder folder_;
@@ -320,90 +281,6 @@ void FaultMatrix::break_world() {
   }
 }
 
-void FaultMatrix::expect_outcome(const FirstPart& part) {
-  const std::string& outcome = cell_.outcome;
-  if (outcome == "ended") {
-    EXPECT_TRUE(part.ended) << "went on";
-    EXPECT_FALSE(part.error.empty());
-    expect_in_time(part, part.at);
-    if (cell_.row != "disk") {
-      EXPECT_THAT(notes("device error"), testing::SizeIs(1));
-    }
-    return;
-  }
-  EXPECT_FALSE(part.ended) << part.error;
-  if (outcome == "paused" || outcome == "stopped") {
-    EXPECT_FALSE(part.result.finished);
-    EXPECT_THAT(notes(outcome), testing::SizeIs(1));
-    expect_in_time(part, part.at);
-    return;
-  }
-  EXPECT_TRUE(part.result.finished);
-  if (outcome == "flagged") {
-    const bool one_point = cell_.phase == "point";
-    EXPECT_EQ(part.result.complete, !one_point);
-    const Reduction found = reduced(session_);
-    EXPECT_FALSE(found.warnings.empty()) << "nothing is said";
-    return;
-  }
-  EXPECT_TRUE(part.result.complete);
-  if (outcome == "retried") {
-    expect_first_note_in_time(part, "retry");
-  } else if (outcome == "redone") {
-    expect_first_note_in_time(part, acquisition::kCameBackNote);
-  } else if (outcome == "taken again") {
-    const SessionReader archive(session_);
-    EXPECT_EQ(archive.points().size(), plan_.points.size() + 1);
-    const auto failed =
-        std::find_if(archive.points().begin(), archive.points().end(),
-                     [](const auto& p) { return p.outcome == PointOutcome::Failed; });
-    ASSERT_NE(failed, archive.points().end());
-    EXPECT_EQ(failed->point, kStruckPoint);
-    expect_in_time(part, failed->finished_at);
-  } else if (outcome == "suspect") {
-    expect_first_note_in_time(part, acquisition::kSuspectNote);
-    EXPECT_GT(SessionReader(session_).points().size(), plan_.points.size()) << "none taken again";
-  } else {
-    EXPECT_THAT(outcome, testing::AnyOf("harmless", "bridged", "complete"));
-    EXPECT_EQ(SessionReader(session_).points().size(), plan_.points.size());
-  }
-}
-
-void FaultMatrix::expect_good_samples() const {
-  const Reduction found = reduced(session_);
-  std::map<std::pair<int, int>, const samples::Sample*> by_place;
-  std::set<int> flagged;
-  for (const samples::Sample& sample : found.samples.samples) {
-    by_place[{sample.pose, sample.spot}] = &sample;
-    if (sample.flags.find("suspect") != std::string::npos) flagged.insert(sample.pose);
-  }
-  std::map<int, std::pair<double, double>> sums;
-  for (const samples::Sample& wanted : wanted_.samples.samples) {
-    const auto place = by_place.find({wanted.pose, wanted.spot});
-    if (place == by_place.end()) {
-      EXPECT_TRUE(cell_.outcome == "flagged" && wanted.pose == kStruckPoint)
-          << "a sample of point " << wanted.pose << " is missing";
-      continue;
-    }
-    auto& [before, after] = sums[wanted.pose];
-    before += wanted.value_per_sr.sum();
-    after += place->second->value_per_sr.sum();
-    if (flagged.contains(wanted.pose)) continue;
-    for (int colour = 0; colour < 3; ++colour) {
-      constexpr double kSigmas = 5.0;
-      EXPECT_NEAR(
-          place->second->value_per_sr[colour], wanted.value_per_sr[colour],
-          kSigmas * std::hypot(place->second->sigma_per_sr[colour], wanted.sigma_per_sr[colour]) +
-              place->second->u_common_per_sr[colour])
-          << "point " << wanted.pose << ", spot " << wanted.spot << ", colour " << colour;
-    }
-  }
-  for (const auto& [point, sum] : sums) {
-    if (flagged.contains(point) || cell_.outcome == "flagged") continue;
-    EXPECT_NEAR(sum.second / sum.first, 1.0, kSameWithin) << "point " << point;
-  }
-}
-
 TEST_P(FaultMatrix, EndsAsDeclared) {
   cell_ = GetParam();
   const sim::SimOptions healthy = world_;
@@ -457,13 +334,13 @@ TEST_P(FaultMatrix, EndsAsDeclared) {
     armed_ = false;
     world_ = healthy;
     EXPECT_THAT(SessionReader(session_).damage(), testing::IsEmpty());
-    expect_outcome(part);
+    checked().expect_outcome(part);
     if (!SessionReader(session_).finished()) {
       EXPECT_TRUE(resume(session_).complete);
     }
   }
   EXPECT_TRUE(SessionReader(session_).finished());
-  expect_good_samples();
+  checked().expect_good_samples(wanted_, kSameWithin);
 }
 
 INSTANTIATE_TEST_SUITE_P(Simulated, FaultMatrix, testing::ValuesIn(possible_cells("simulated")),
@@ -483,7 +360,7 @@ TEST(FaultMatrixTable, HasEveryFaultInEveryPhase) {
     found.insert(cell.row);
     EXPECT_TRUE(names.insert(cell.over + cell.name()).second) << "stands twice";
     EXPECT_TRUE(outcomes.contains(cell.outcome)) << cell.outcome;
-    EXPECT_THAT(cell.over, testing::AnyOf("simulated", "program"));
+    EXPECT_THAT(cell.over, testing::AnyOf("simulated", "wire", "program"));
     EXPECT_TRUE(cell.is_possible() || !cell.dash_because.empty());
   }
   EXPECT_EQ(found, rows);

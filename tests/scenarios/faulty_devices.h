@@ -12,6 +12,7 @@
 #include "gonio/devices/clock.h"
 #include "gonio/devices/device_error.h"
 #include "gonio/devices/frame.h"
+#include "gonio/devices/watchable_camera.h"
 
 /// Devices that work but for one fault, for tests of whole sessions.
 namespace gonio {
@@ -129,7 +130,7 @@ class FaultyStage final : public devices::RotationStage {
 };
 
 /// A camera that does not answer, or whose frames are spoilt.
-class FaultyCamera final : public devices::Camera {
+class FaultyCamera final : public devices::Camera, public devices::WatchableCamera {
  public:
   using Spoil = std::function<void(devices::Frame&)>;
 
@@ -139,9 +140,14 @@ class FaultyCamera final : public devices::Camera {
   const std::string& name() const override { return inner_.name(); }
   devices::CameraInfo info() const override { return inner_.info(); }
   devices::Frame capture(std::chrono::nanoseconds exposure) override {
+    return capture(exposure, [] {});
+  }
+  devices::Frame capture(std::chrono::nanoseconds exposure,
+                         const std::function<void()>& meanwhile) override {
     const bool struck = strikes_.now();
     if (struck && misdeed_) misdeed_(name());
-    devices::Frame frame = inner_.capture(exposure);
+    devices::Frame frame =
+        dynamic_cast<devices::WatchableCamera&>(inner_).capture(exposure, meanwhile);
     if (struck && spoil_) spoil_(frame);
     return frame;
   }

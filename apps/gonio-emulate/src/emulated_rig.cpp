@@ -195,6 +195,10 @@ std::map<std::string, std::string> EmulatedRig::environment() const {
 
 std::filesystem::path EmulatedRig::folder() const { return parts_->usb.folder(); }
 
+emulator_faults::FaultPlan& EmulatedRig::faults() { return *parts_->faults; }
+
+sim::SimGoniometer& EmulatedRig::world() { return parts_->world; }
+
 std::vector<std::string> EmulatedRig::addresses() const { return parts_->addresses; }
 
 TimeAccount EmulatedRig::account(const Interval& command) const {

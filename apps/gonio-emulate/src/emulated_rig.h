@@ -8,6 +8,7 @@
 
 #include "gonio/emulator_faults/fault_plan.h"
 #include "gonio/setup/rig_file.h"
+#include "gonio/sim/sim_goniometer.h"
 #include "gonio/sim/sim_options.h"
 #include "time_account.h"
 
@@ -40,6 +41,10 @@ class EmulatedRig {
 
   /// Where the time of a command went.
   TimeAccount account(const Interval& command) const;
+
+  // For who lives in the same process: what goes wrong from now on, and what is true behind it all.
+  emulator_faults::FaultPlan& faults();
+  sim::SimGoniometer& world();
 
  private:
   class Parts;

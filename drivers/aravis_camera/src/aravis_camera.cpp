@@ -65,12 +65,13 @@ class AravisCamera::Machine {
     return info;
   }
 
-  devices::Frame capture(std::chrono::nanoseconds exposure) {
+  devices::Frame capture(std::chrono::nanoseconds exposure,
+                         const std::function<void()>& meanwhile) {
     require_in_range(exposure);
     return with_link([&] {
       for (int attempt = 0;; ++attempt) {
         try {
-          return expose(exposure);
+          return expose(exposure, meanwhile);
         } catch (const DeviceError& error) {
           restart_first_ = true;
           const bool may_help =
@@ -191,7 +192,7 @@ class AravisCamera::Machine {
     }
   }
 
-  devices::Frame expose(std::chrono::nanoseconds exposure) {
+  devices::Frame expose(std::chrono::nanoseconds exposure, const std::function<void()>& meanwhile) {
     // A line is pulsed whether or not anybody asks: only a new acquisition has none of the
     // exposures that were under way.
     if (restart_first_ || by_line()) {
@@ -200,7 +201,7 @@ class AravisCamera::Machine {
       restart_first_ = false;
     }
     arm(exposure);
-    return by_line() ? await_pulse(exposure) : expose_by_software(exposure);
+    return by_line() ? await_pulse(exposure, meanwhile) : expose_by_software(exposure, meanwhile);
   }
 
   bool by_line() const { return !options_.trigger_line.empty(); }
@@ -230,15 +231,19 @@ class AravisCamera::Machine {
     return clock_.on_host(granted + readout) - kArrivalTolerance;
   }
 
-  devices::Frame expose_by_software(std::chrono::nanoseconds exposure) {
+  devices::Frame expose_by_software(std::chrono::nanoseconds exposure,
+                                    const std::function<void()>& meanwhile) {
     // Nobody else triggers, so that a frame too early is a fault. How quickly the camera reads out
     // need not be known for that.
     const std::chrono::nanoseconds start = clock_.now();
     const auto earliest = host_now() + shortest(exposure, std::chrono::nanoseconds(0));
     link_->trigger();
-    std::optional<devices::Frame> frame;
     const auto patience = patience_for(exposure);
-    const bool came = link_->take_frame(patience, [&](const RawFrame& raw) {
+    const auto give_up = host_now() + patience;
+    meanwhile();
+    const auto left = std::max(give_up - host_now(), std::chrono::nanoseconds(0));
+    std::optional<devices::Frame> frame;
+    const bool came = link_->take_frame(left, [&](const RawFrame& raw) {
       frame = good_frame(raw, exposure);
       if (raw.arrived < earliest) {
         ++counters_.unexpected;
@@ -253,11 +258,13 @@ class AravisCamera::Machine {
     return counted(std::move(*frame));
   }
 
-  devices::Frame await_pulse(std::chrono::nanoseconds exposure) {
+  devices::Frame await_pulse(std::chrono::nanoseconds exposure,
+                             const std::function<void()>& meanwhile) {
     const auto armed = host_now();
     const auto earliest = armed + shortest(exposure, options_.readout);
     const auto patience = patience_for(exposure);
     int too_early = 0;
+    meanwhile();
     while (true) {
       std::optional<devices::Frame> frame;
       const auto left = std::max(armed + patience - host_now(), std::chrono::nanoseconds(0));
@@ -349,7 +356,11 @@ AravisCamera::~AravisCamera() = default;
 const std::string& AravisCamera::name() const { return machine_->name(); }
 devices::CameraInfo AravisCamera::info() const { return machine_->info(); }
 devices::Frame AravisCamera::capture(std::chrono::nanoseconds exposure) {
-  return machine_->capture(exposure);
+  return machine_->capture(exposure, [] {});
+}
+devices::Frame AravisCamera::capture(std::chrono::nanoseconds exposure,
+                                     const std::function<void()>& meanwhile) {
+  return machine_->capture(exposure, meanwhile);
 }
 double AravisCamera::temperature_c() { return machine_->temperature_c(); }
 void AravisCamera::stream(std::chrono::nanoseconds exposure,

@@ -65,7 +65,9 @@ class GuardedDevices {
   void mount(devices::Target target);
   /// The frame of exactly this exposure; a frame of another size, format, exposure time, gain or
   /// level than the first, or one that came before, is an error.
-  devices::Frame capture(std::chrono::nanoseconds exposure);
+  /// `meanwhile` is called while it is exposed, where the camera is a devices::WatchableCamera.
+  devices::Frame capture(std::chrono::nanoseconds exposure,
+                         const std::function<void()>& meanwhile = {});
   /// 0 without a monitor.
   double read_monitor();
   /// Where the axes arrived, as read back then.

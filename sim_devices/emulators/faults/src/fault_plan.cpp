@@ -180,8 +180,19 @@ void FaultPlan::take_opportunity(Fault fault, std::string_view device, std::chro
     const random::Key key = random::make_key(seed_, "emulator.fault", index);
     if (random::uniform(key, opportunity) >= rule.probability) continue;
     ++state.struck;
+    if (!first_struck_) first_struck_ = now;
     when_struck(rule);
   }
+}
+
+void FaultPlan::mend() {
+  const std::lock_guard lock(mutex_);
+  rules_.clear();
+}
+
+std::optional<std::chrono::nanoseconds> FaultPlan::first_struck() const {
+  const std::lock_guard lock(mutex_);
+  return first_struck_;
 }
 
 std::uint64_t FaultPlan::struck(Fault fault) const {

@@ -14,6 +14,7 @@
 #include "gonio/devices/camera.h"
 #include "gonio/devices/steady_clock.h"
 #include "gonio/devices/temperature_sensor.h"
+#include "gonio/devices/watchable_camera.h"
 
 namespace gonio::aravis_camera {
 
@@ -40,7 +41,9 @@ namespace gonio::aravis_camera {
 ///           LimitViolation: a setting that the camera does not take. Fault: it lacks a feature.
 /// Threads   One controlling thread; Aravis receives in one of its own and never holds more than a
 ///           fixed number of buffers.
-class AravisCamera final : public devices::Camera, public devices::TemperatureSensor {
+class AravisCamera final : public devices::Camera,
+                           public devices::TemperatureSensor,
+                           public devices::WatchableCamera {
  public:
   /// Connected and verified once constructed. The clock must outlive it; its scale is that of an
   /// emulated camera's time against the host's. After `stop` no attempt to connect begins, now or
@@ -56,6 +59,9 @@ class AravisCamera final : public devices::Camera, public devices::TemperatureSe
   const std::string& name() const override;
   devices::CameraInfo info() const override;
   devices::Frame capture(std::chrono::nanoseconds exposure) override;
+  /// With a hardware trigger `meanwhile` begins when a pulse may come.
+  devices::Frame capture(std::chrono::nanoseconds exposure,
+                         const std::function<void()>& meanwhile) override;
   double temperature_c() override;
 
   /// Lets the camera run without triggers and hands on every frame until `take` returns false; the

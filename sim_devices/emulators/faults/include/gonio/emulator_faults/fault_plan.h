@@ -74,8 +74,14 @@ class FaultPlan {
   /// As strikes(), of lost_steps: how far the axis was turned, 0 where nothing strikes.
   double lost_steps_deg(std::string_view device, std::chrono::nanoseconds now);
 
-  /// How often `fault` has struck, on all devices.
+  /// From now on nothing goes wrong any more.
+  void mend();
+
+  /// How often `fault` has struck, on all devices, by rules that hold.
   std::uint64_t struck(Fault fault) const;
+
+  /// When any fault struck first, the world's time; nothing: none has.
+  std::optional<std::chrono::nanoseconds> first_struck() const;
 
  private:
   using WhenStruck = std::function<void(const FaultRule&)>;
@@ -91,6 +97,7 @@ class FaultPlan {
   mutable std::mutex mutex_;
   std::vector<State> rules_;
   std::uint64_t seed_;
+  std::optional<std::chrono::nanoseconds> first_struck_;
 };
 
 }  // namespace gonio::emulator_faults
