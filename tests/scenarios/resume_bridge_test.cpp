@@ -132,6 +132,20 @@ TEST_F(SentinelBridge, WhitesAndSentinelsBridgeAStepOfTheLampTogether) {
   expect_flagged_behind(resumed, 1000);
 }
 
+TEST_F(SentinelBridge, AnEvenDriftThroughAnInterruptionLeavesLittle) {
+  // 5 % from the beginning to the end, the outage included; the monitor sees none of it.
+  interrupt_and_resume(folder_ / "undisturbed");
+  const auto end = acquisition::SessionReader(folder_ / "undisturbed").points().back().finished_at;
+  world_.lamp.events = {{std::chrono::seconds(0), end, 1.05, false}};
+  const Reduction resumed = resumed_after({});
+  ASSERT_EQ(resumed.bridges.size(), 1U);
+  EXPECT_TRUE(resumed.bridges.front().by_sentinel);
+  EXPECT_TRUE(resumed.bridges.front().is_applied()) << to_text(resumed.bridges.front());
+  const double worst = worst_deviation(resumed, folder_ / "whole");
+  std::printf("5 %% drift through an interruption: worst deviation %.3f %%\n", 100.0 * worst);
+  EXPECT_LT(worst, 0.003);
+}
+
 TEST_F(SentinelBridge, AWhiteThatBecameDirtyIsNoBridge) {
   const Reduction resumed = resumed_after([&] {
     world_.scene.white_tile = std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.97 * 0.99));
