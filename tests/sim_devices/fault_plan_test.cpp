@@ -94,5 +94,16 @@ TEST(FaultRule, RefusesWhatItCannotMean) {
   refused("stall:degrees=1", "only lost_steps");
 }
 
+TEST(FaultPlan, MendedShowsNothingMoreAndKnowsWhenItStruckFirst) {
+  FaultPlan plan({fault_rule_from_text("stall@tilt:after_s=1")});
+  EXPECT_FALSE(plan.strikes(Fault::stall, "tilt", 500ms));
+  EXPECT_EQ(plan.first_struck(), std::nullopt);
+  EXPECT_TRUE(plan.strikes(Fault::stall, "tilt", 1500ms));
+  EXPECT_TRUE(plan.strikes(Fault::stall, "tilt", 1700ms));
+  plan.mend();
+  EXPECT_FALSE(plan.strikes(Fault::stall, "tilt", 1800ms));
+  EXPECT_EQ(plan.first_struck(), 1500ms);
+}
+
 }  // namespace
 }  // namespace gonio::emulator_faults
