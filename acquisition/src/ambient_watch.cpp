@@ -13,6 +13,10 @@ namespace {
 
 /// Of the wanted sigma: an error of one half adds an eighth to it.
 constexpr double kOfConsequence = 0.5;
+/// So many changes within so many frames are no steps. A point that is measured again agrees with
+/// itself, so that light that differs by the pose shows in every other frame.
+constexpr std::size_t kRecent = 8;
+constexpr std::ptrdiff_t kMostSteps = 4;
 
 }  // namespace
 
@@ -48,21 +52,35 @@ AmbientWatch::Level AmbientWatch::level_of(const devices::Frame& lamp_off,
 
 std::string AmbientWatch::changed(const devices::Frame& lamp_off, const Regions& regions,
                                   double dimmest_dn_per_s) {
+  if (!at_rest_) return {};
   const Level now = level_of(lamp_off, regions);
   const std::optional<Level> before = std::exchange(last_, now);
   if (!before) return {};
-  const double change = now.dn_per_s - before->dn_per_s;
+  std::string text = change_since(*before, now, dimmest_dn_per_s);
+  recent_.push_back(!text.empty());
+  if (recent_.size() > kRecent) recent_.pop_front();
+  at_rest_ = std::count(recent_.begin(), recent_.end(), true) < kMostSteps;
+  if (!at_rest_) {
+    text +=
+        " It changes so often that it may differ by the pose: from here on it is not looked at any "
+        "more";
+  }
+  return text;
+}
+
+std::string AmbientWatch::change_since(const Level& before, const Level& now,
+                                       double dimmest_dn_per_s) const {
+  const double change = now.dn_per_s - before.dn_per_s;
   // Dark current is another in other pixels, and doubles every few degrees: no light.
   const double dark_dn_per_s = sensor_.gain_dn_per_e * sensor_.dark_current_e_per_s;
-  const double u = std::hypot(now.u_dn_per_s, before->u_dn_per_s, dark_dn_per_s);
+  const double u = std::hypot(now.u_dn_per_s, before.u_dn_per_s, dark_dn_per_s);
   if (std::abs(change) <= kStepSigmas * u) return {};
-  const double signal = dimmest_dn_per_s - std::max(now.dn_per_s, before->dn_per_s);
+  const double signal = dimmest_dn_per_s - std::max(now.dn_per_s, before.dn_per_s);
   const double limit = kOfConsequence * options_.relative_sigma * signal;
   if (!(dimmest_dn_per_s > 0.0) || std::abs(change) <= limit) return {};
   return fmt::format(
       "with the lamp off it became {} by {:.3g} DN/s since the frame before, expected within "
-      "{:.3g} "
-      "DN/s: did the light of the room change?",
+      "{:.3g} DN/s: did the light of the room change?",
       change > 0.0 ? "brighter" : "darker", std::abs(change), std::max(limit, kStepSigmas * u));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,7 +27,9 @@ class AmbientWatch {
 
   /// What changed since the lamp-off frame before, by more than noise and dark current do and by so
   /// much that it matters to the wanted precision where the target is dimmest; empty: nothing. The
-  /// level found is what the next one is compared with.
+  /// level found is what the next one is compared with. Where every other frame says so the light
+  /// differs by the pose or never rests, and measuring again would not help: that is said once, and
+  /// nothing after it.
   /// `regions`  Of the target, not empty.
   /// `dimmest_dn_per_s`  The least signal of a region of it under the lamp, above black; 0: none
   ///                     that a sample could come of.
@@ -40,12 +43,15 @@ class AmbientWatch {
     double u_dn_per_s = 0.0;  ///< noise, k = 1
   };
   Level level_of(const devices::Frame& lamp_off, const Regions& regions) const;
+  std::string change_since(const Level& before, const Level& now, double dimmest_dn_per_s) const;
 
   const instrument::SensorModel& sensor_;
   const SessionOptions& options_;
   std::vector<std::uint32_t> dark_sums_dn_;  ///< per pixel
   int darks_ = 0;
   std::optional<Level> last_;
+  std::deque<bool> recent_;  ///< whether the last comparisons found a change
+  bool at_rest_ = true;      ///< false: it changes so often that it is no longer looked at
 };
 
 }  // namespace gonio::acquisition

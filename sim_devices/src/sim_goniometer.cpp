@@ -44,7 +44,8 @@ class SimGoniometer::World {
       const rig::Axis& described = options.rig.axes[axis];
       joints.push_back(std::make_unique<Joint>(described, options.axes[axis], options.seed, axis,
                                                options.power_ups));
-      stages.push_back(std::make_unique<SimRotationStage>(described, *joints.back(), clock));
+      stages.push_back(std::make_unique<SimRotationStage>(described, *joints.back(), clock,
+                                                          options.axes[axis].tells_home_delta));
     }
   }
 

@@ -10,8 +10,9 @@ namespace gonio::sim {
 using devices::DeviceErrc;
 using devices::DeviceError;
 
-SimRotationStage::SimRotationStage(const rig::Axis& axis, Joint& joint, VirtualClock& clock)
-    : gate_(axis.name, {axis.min, axis.max}), joint_(joint), clock_(clock) {}
+SimRotationStage::SimRotationStage(const rig::Axis& axis, Joint& joint, VirtualClock& clock,
+                                   bool tells)
+    : gate_(axis.name, {axis.min, axis.max}), joint_(joint), clock_(clock), tells_(tells) {}
 
 void SimRotationStage::home(std::chrono::milliseconds timeout) {
   devices::Clock::Duration settled;
@@ -58,7 +59,7 @@ void SimRotationStage::stop() noexcept {
 
 std::optional<devices::StoodBeforeHome> SimRotationStage::stood_before_home() const {
   const std::optional<Angle> stood = joint_.stood_before_home();
-  if (!stood) return std::nullopt;
+  if (!stood || !tells_) return std::nullopt;
   return devices::StoodBeforeHome{*stood, Angle()};
 }
 

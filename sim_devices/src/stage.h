@@ -15,8 +15,8 @@ namespace gonio::sim {
 /// A timeout is in virtual time and lets that time pass.
 class SimRotationStage final : public devices::RotationStage, public devices::HomingReport {
  public:
-  /// Both must outlive the stage.
-  SimRotationStage(const rig::Axis& axis, Joint& joint, VirtualClock& clock);
+  /// Joint and clock must outlive the stage. `tells`: HomingReport.
+  SimRotationStage(const rig::Axis& axis, Joint& joint, VirtualClock& clock, bool tells);
 
   const std::string& name() const override { return gate_.name(); }
   devices::JointLimits limits() const override { return gate_.limits(); }
@@ -25,7 +25,7 @@ class SimRotationStage final : public devices::RotationStage, public devices::Ho
   Angle wait_until_settled(std::chrono::milliseconds timeout) override;
   void stop() noexcept override;
   void rearm() override;
-  bool tells() const override { return true; }
+  bool tells() const override { return tells_; }
   std::optional<devices::StoodBeforeHome> stood_before_home() const override;
 
  private:
@@ -35,6 +35,7 @@ class SimRotationStage final : public devices::RotationStage, public devices::Ho
   devices::StageGate gate_;
   Joint& joint_;
   VirtualClock& clock_;
+  bool tells_;
 };
 
 }  // namespace gonio::sim

@@ -1,10 +1,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "gonio/files/text_file.h"
 #include "workflow.h"
 
 namespace gonio {
@@ -149,6 +151,23 @@ TEST_F(DryRun, KnowsLessOfARigOfMetalWithoutAWord) {
   // One about as bright as what is expected without a word: a darker one takes longer, and is
   // wider.
   EXPECT_GT(width({}), width({"--expect", "builtin:grey-pvc"}));
+}
+
+TEST_F(DryRun, ForeseesTheChecksThatTheDrivesAllow) {
+  const auto homings = [&](const std::string& rig) {
+    const json found = json::parse(
+        run({"measure", rig, "--plan", "list.csv", "--dry-run", "--json", "--yes"}).out);
+    return std::count_if(found["stops"].begin(), found["stops"].end(),
+                         [](const json& stop) { return stop["stop"] == "home"; });
+  };
+  std::string text = files::read_text_file(GONIO_RIGS "/wire.toml");
+  const std::string apt = "driver = \"apt\"\n";
+  const std::size_t at = text.find(apt);
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at + apt.size(), "counts_until_homed = true\n");
+  folder.write("tells.toml", text);
+  EXPECT_EQ(homings(GONIO_RIGS "/wire.toml"), 1) << "at the start";
+  EXPECT_EQ(homings("tells.toml"), 2) << "and in the end, to compare";
 }
 
 }  // namespace

@@ -239,8 +239,15 @@ SessionPreflight preflight_session(const acquisition::DeviceSet& devices,
 }
 
 SessionPreflight preflight_session(const SessionSetup& session) {
-  const auto rig =
-      open_simulated_rig(simulated_world(session.rig, session.material.model, session.seed));
+  sim::SimOptions world = simulated_world(session.rig, session.material.model, session.seed);
+  if (!session.simulated) {
+    // The session is foreseen with the checks that the rig's own drives allow.
+    world.axes.resize(world.rig.axes.size());
+    for (std::size_t i = 0; i < world.axes.size(); ++i) {
+      world.axes[i].tells_home_delta = session.rig.devices.axes.at(i).counts_until_homed;
+    }
+  }
+  const auto rig = open_simulated_rig(std::move(world));
   return preflight_session(rig->devices(), session);
 }
 

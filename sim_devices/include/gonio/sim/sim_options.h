@@ -46,6 +46,8 @@ struct AxisOptions {
   /// next homing: lost steps, or a coupling that slipped.
   Angle slip;
   std::chrono::nanoseconds slips_at{0};
+  /// Whether homing tells where it stood (devices::HomingReport): not every drive can.
+  bool tells_home_delta = true;
 
   void validate(const std::string& axis) const;
 };
