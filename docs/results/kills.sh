@@ -5,7 +5,7 @@
 #
 #   docs/results/kills.sh OUT_FOLDER
 #
-# KILLS (1000) are the random ones. Builds build/kills first, so that other builds do not change the programs
+# KILLS (1000) are the random ones, in two lots side by side. Builds build/kills first, so that other builds do not change the programs
 # under it. What was seen stands in OUT_FOLDER/*.log.
 set -eu
 
@@ -19,6 +19,10 @@ cmake --build "$build" --target random_kills_test kill_sweep_test >> "$out/build
   date -u
   git -C "$root" rev-parse --short HEAD
 } > "$out/kills.log"
-GONIO_KILLS=${KILLS:-1000} "$build/bin/random_kills_test" >> "$out/kills.log" 2>&1
-GONIO_KILL_SWEEP=all "$build/bin/kill_sweep_test" > "$out/sweep.log" 2>&1
-tail -n 12 "$out/kills.log" "$out/sweep.log"
+half=$((${KILLS:-1000} / 2))
+for seed in 1 2; do
+  GONIO_KILLS=$half GONIO_KILL_SEED=$seed "$build/bin/random_kills_test" > "$out/kills.$seed.log" 2>&1 &
+done
+wait
+GONIO_KILL_SWEEP=all "$build/bin/kill_sweep_test" > "$out/sweep.log" 2>&1 || true
+tail -n 12 "$out"/kills.?.log "$out/sweep.log"

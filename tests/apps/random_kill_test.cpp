@@ -1,6 +1,6 @@
 // SIGKILL at random instants of `gonio measure`, sometimes of `gonio resume` as well: the session
 // that is resumed gives the samples and the reconstruction of the uninterrupted one to the byte.
-// GONIO_KILLS says how many, 50 unless told otherwise.
+// GONIO_KILLS says how many, 50 unless told otherwise, GONIO_KILL_SEED which.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -82,12 +82,16 @@ class RandomKills : public Workflow {
     return folder.read(session + ".binary");
   }
 
-  std::mt19937 random_{6};
+  static unsigned number(const char* variable, unsigned otherwise) {
+    const char* told = std::getenv(variable);
+    return told != nullptr ? static_cast<unsigned>(std::atoi(told)) : otherwise;
+  }
+
+  std::mt19937 random_{number("GONIO_KILL_SEED", 6)};
 };
 
 TEST_F(RandomKills, LoseNothingAndChangeNoByte) {
-  const char* told = std::getenv("GONIO_KILLS");
-  const int kills = told != nullptr ? std::atoi(told) : 50;
+  const int kills = static_cast<int>(number("GONIO_KILLS", 50));
   constexpr int kTableEvery = 10;
   constexpr int kTwiceEvery = 3;
   GonioProcess whole(measure("whole"), folder.path());

@@ -36,7 +36,7 @@ constexpr double kUnknownPoint = 0.7;
 /// What a frame takes on a rig of metal besides exposure and readout (transfer, encoders, monitor,
 /// file), a leg besides the drives' own time, and how well both and the drives' speed are known.
 /// Measured over the wire: docs/results.md.
-constexpr double kMetalFrame_s = 0.03;
+constexpr double kMetalFrame_s = 0.05;
 constexpr double kMetalMove_s = 0.17;
 constexpr double kMetalTimesRelative = 0.02;
 
