@@ -22,6 +22,9 @@ namespace {
 constexpr const char* kJournalName = "session.sqlite";
 constexpr std::string_view kFrames = "frames";  ///< the table
 constexpr int kMaxFramePixels_px = 65536;
+constexpr int kMostPoints = 10'000'000;
+/// With all that its parts waited for each other: thirty years.
+constexpr std::chrono::nanoseconds kLongestSession = std::chrono::hours(24 * 365 * 30);
 
 std::string frame_file_name(std::int64_t id) { return fmt::format("frames/{:06}.tiff", id); }
 
@@ -45,8 +48,22 @@ class RowFields {
   Number number() {
     return parse<Number>(text());
   }
+  /// Of the session's clock, or an exposure: sums of a few stay within 64 bits.
   std::chrono::nanoseconds nanoseconds() {
-    return std::chrono::nanoseconds(number<std::int64_t>());
+    const std::chrono::nanoseconds time(number<std::int64_t>());
+    if (time < std::chrono::nanoseconds(0) || time > kLongestSession) {
+      fail(fmt::format("found a time of {} ns, expected 0 to {}", time.count(),
+                       kLongestSession.count()));
+    }
+    return time;
+  }
+  /// Of a plan; `lowest` -1: or of none.
+  int point(int lowest) {
+    const int point = number<int>();
+    if (point < lowest || point > kMostPoints) {
+      fail(fmt::format("found point {}, expected {} to {}", point, lowest, kMostPoints));
+    }
+    return point;
   }
   std::vector<Angle> angles() {
     const std::string& all = text();
@@ -125,7 +142,7 @@ FrameRecord frame_record(RowFields& fields, std::int64_t number) {
   record.id = number;
   record.kind = fields.name({FrameKind::dark, FrameKind::lamp_off, FrameKind::white,
                              FrameKind::sample, FrameKind::sentinel});
-  record.point = fields.number<int>();
+  record.point = fields.point(-1);
   record.channel = fields.text();
   record.joints = fields.angles();
   record.joints_spread = fields.angles();
@@ -145,7 +162,7 @@ FrameRecord frame_record(RowFields& fields, std::int64_t number) {
 
 PointRecord point_record(RowFields& fields) {
   PointRecord record;
-  record.point = fields.number<int>();
+  record.point = fields.point(0);
   record.commanded.theta_h = Angle::from_degrees(fields.number<double>());
   record.commanded.theta_d = Angle::from_degrees(fields.number<double>());
   record.commanded.phi_d = Angle::from_degrees(fields.number<double>());
@@ -199,17 +216,25 @@ SessionWriter::SessionWriter(const std::filesystem::path& folder, const SessionM
                              const std::map<std::string, std::string>& configuration) {
   files::require_creatable(folder);
   std::filesystem::create_directory(folder);
-  std::filesystem::create_directory(folder / "frames");
-  state_.reset(new State{folder, files::ProcessLock(session_lock(folder)),
-                         Journal::create(folder / kJournalName)});
-  state_->journal.begin();
-  for (const auto& [key, value] : metadata) state_->journal.append("metadata", {key, value});
-  for (const auto& [name, text] : configuration) {
-    state_->journal.append("configuration", {name, text});
+  try {
+    std::filesystem::create_directory(folder / "frames");
+    state_.reset(new State{folder, files::ProcessLock(session_lock(folder)),
+                           Journal::create(folder / kJournalName)});
+    state_->journal.begin();
+    for (const auto& [key, value] : metadata) state_->journal.append("metadata", {key, value});
+    for (const auto& [name, text] : configuration) {
+      state_->journal.append("configuration", {name, text});
+    }
+    state_->journal.commit();
+    // SQLite looks after the names in the folder; ours is that of the folder itself.
+    files::sync_folder(std::filesystem::absolute(folder).lexically_normal().parent_path());
+  } catch (...) {
+    // What does not say what is to be done is no session that could be gone on with.
+    state_.reset();
+    std::error_code left_there;
+    std::filesystem::remove_all(folder, left_there);
+    throw;
   }
-  state_->journal.commit();
-  // SQLite looks after the names in the folder; ours is that of the folder itself.
-  files::sync_folder(std::filesystem::absolute(folder).lexically_normal().parent_path());
 }
 
 SessionWriter::SessionWriter(std::unique_ptr<State> state) : state_(std::move(state)) {}

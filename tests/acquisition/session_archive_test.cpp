@@ -148,6 +148,38 @@ TEST_F(SessionArchive, LeavesOutAFrameThatCannotHoldItsPixels) {
   EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("000001.tiff is smaller than its pixels")));
 }
 
+TEST_F(SessionArchive, RefusesTimesAndPointsThatNoSessionHas) {
+  // Whoever can write the checksums could make the clock of a resumed session overflow.
+  constexpr auto kLatest = std::chrono::nanoseconds::max();
+  const auto refusal = [&](const auto& write) {
+    const TemporaryFolder folder;
+    {
+      SessionWriter writer(folder.path() / "session", {}, {});
+      write(writer);
+    }
+    try {
+      const SessionReader reader(folder.path() / "session");
+    } catch (const DataFormatError& error) {
+      return std::string(error.what());
+    }
+    return std::string("read");
+  };
+  PointRecord late;
+  late.finished_at = kLatest;
+  EXPECT_THAT(refusal([&](SessionWriter& writer) { writer.append(late); }),
+              HasSubstr("points row 1"));
+  EXPECT_THAT(refusal([&](SessionWriter& writer) { writer.note(kLatest, "resumed", "x"); }),
+              HasSubstr("notes row 1"));
+  devices::Frame frame = small_frame(1);
+  frame.exposure_start = -std::chrono::seconds(1);
+  EXPECT_THAT(refusal([&](SessionWriter& writer) { writer.append(small_record(), frame); }),
+              HasSubstr("frames row 1"));
+  PointRecord foreign;
+  foreign.point = -3;
+  EXPECT_THAT(refusal([&](SessionWriter& writer) { writer.append(foreign); }),
+              HasSubstr("found point -3"));
+}
+
 TEST_F(SessionArchive, NoticesARowThatWasTakenOut) {
   write_two_frames();
   run_sql(folder_, "DROP TRIGGER frames_no_DELETE; DELETE FROM frames WHERE number = 1;");
