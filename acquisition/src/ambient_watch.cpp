@@ -50,13 +50,18 @@ AmbientWatch::Level AmbientWatch::level_of(const devices::Frame& lamp_off,
   return {mean_dn / exposed_s, std::sqrt(variance_dn2 / pixels) / exposed_s};
 }
 
-std::string AmbientWatch::changed(const devices::Frame& lamp_off, const Regions& regions,
-                                  double dimmest_dn_per_s) {
+std::string AmbientWatch::changed(const devices::Frame& lamp_off, devices::Target target,
+                                  const Regions& regions, double dimmest_dn_per_s) {
   if (!at_rest_) return {};
   const Level now = level_of(lamp_off, regions);
-  const std::optional<Level> before = std::exchange(last_, now);
-  if (!before) return {};
-  std::string text = change_since(*before, now, dimmest_dn_per_s);
+  const auto same = last_.find(target);
+  const auto before = same != last_.end() ? same : last_.begin();
+  if (before == last_.end()) {
+    last_[target] = now;
+    return {};
+  }
+  std::string text = change_since(before->second, now, dimmest_dn_per_s);
+  last_[target] = now;
   recent_.push_back(!text.empty());
   if (recent_.size() > kRecent) recent_.pop_front();
   at_rest_ = std::count(recent_.begin(), recent_.end(), true) < kMostSteps;

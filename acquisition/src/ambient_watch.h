@@ -2,7 +2,7 @@
 
 #include <cstdint>
 #include <deque>
-#include <optional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -30,11 +30,14 @@ class AmbientWatch {
   /// level found is what the next one is compared with. Where every other frame says so the light
   /// differs by the pose or never rests, and measuring again would not help: that is said once, and
   /// nothing after it.
+  /// `target`   What the frame shows: with a white and a dark sample in turn a lit room would
+  /// change
+  ///            each time. Compared with the last frame of the same, if there is one.
   /// `regions`  Of the target, not empty.
   /// `dimmest_dn_per_s`  The least signal of a region of it under the lamp, above black; 0: none
   ///                     that a sample could come of.
-  std::string changed(const devices::Frame& lamp_off, const Regions& regions,
-                      double dimmest_dn_per_s);
+  std::string changed(const devices::Frame& lamp_off, devices::Target target,
+                      const Regions& regions, double dimmest_dn_per_s);
 
  private:
   /// Mean over the target, above the darks.
@@ -49,7 +52,7 @@ class AmbientWatch {
   const SessionOptions& options_;
   std::vector<std::uint32_t> dark_sums_dn_;  ///< per pixel
   int darks_ = 0;
-  std::optional<Level> last_;
+  std::map<devices::Target, Level> last_;
   std::deque<bool> recent_;  ///< whether the last comparisons found a change
   bool at_rest_ = true;      ///< false: it changes so often that it is no longer looked at
 };

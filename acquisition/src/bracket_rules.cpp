@@ -122,10 +122,12 @@ BracketResult bracket_exposures(
   for (std::size_t i = 0; i < readings.size(); ++i) {
     if (!rates_dn_per_s[i]) continue;
     result.brightest_dn_per_s = std::max(result.brightest_dn_per_s, *rates_dn_per_s[i]);
-    dimmest_dn_per_s = std::min(dimmest_dn_per_s.value_or(*rates_dn_per_s[i]), *rates_dn_per_s[i]);
     if (*rates_dn_per_s[i] * exposed_s(longest) <
         signal_dn(sensor, kDarkRelativeSigma, spot_pixels(options, readings[i].pixels))) {
       ++result.dark_regions;
+    } else {
+      dimmest_dn_per_s =
+          std::min(dimmest_dn_per_s.value_or(*rates_dn_per_s[i]), *rates_dn_per_s[i]);
     }
     const double found = *rates_dn_per_s[i] * exposed_s(longest);
     if (found < (1.0 - kShortTolerance) * wanted_dn(readings[i])) ++result.short_regions;

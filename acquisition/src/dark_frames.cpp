@@ -55,7 +55,8 @@ std::string take_lamp_off(const CaptureContext& context, int point,
   record.point = point;
   const devices::Frame frame = take(context, record, exposure);
   context.archive.append(std::move(record), frame);
-  return context.ambient.changed(frame, regions, dimmest_dn_per_s);
+  const devices::Target target = point < 0 ? devices::Target::white : devices::Target::sample;
+  return context.ambient.changed(frame, target, regions, dimmest_dn_per_s);
 }
 
 }  // namespace gonio::acquisition

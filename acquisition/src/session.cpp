@@ -231,25 +231,27 @@ class Session {
     return true;
   }
 
-  /// The light that everything is compared with is not taken from a lamp that flickers.
+  /// The light that everything is compared with is not taken from a lamp that flickers, nor in a
+  /// room whose light changes.
   void take_steady_white(WhiteVisit visit) {
-    bool again = false;
-    std::string flicker;
-    for (int flickers = 0;; ++flickers) {
+    for (int tries = 0;; ++tries) {
+      std::string unsteady;
+      bool begun = false;
       despite_losses(visit == WhiteVisit::closing ? "closing white" : "white", [&] {
-        if (std::exchange(again, true)) {
-          archive_.note(devices_.now(), kWhiteAgainNote,
-                        flicker.empty() ? "a device dropped off" : flicker);
+        if (std::exchange(begun, true)) {
+          archive_.note(devices_.now(), kWhiteAgainNote, "a device dropped off");
         }
-        flicker = visit_white(context_, white_joints_, visit);
+        unsteady = visit_white(context_, white_joints_, visit);
+        // At once: should the session end now, nobody must take this white for a good one.
+        if (!unsteady.empty()) archive_.note(devices_.now(), kWhiteAgainNote, unsteady);
       });
-      if (flicker.empty()) {
+      if (unsteady.empty()) {
         taken_since_white_ = false;
         return;
       }
-      if (flickers >= options_.retries) {
+      if (tries >= options_.retries) {
         throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(),
-                                   "flickers at the white: " + flicker);
+                                   "no steady light at the white: " + unsteady);
       }
     }
   }

@@ -272,10 +272,11 @@ void TrustChecks::compare_sentinel(const SentinelReading& reading, const Distrus
   if (!steps.empty()) distrust(fmt::format("{}", fmt::join(steps, "; ")));
 }
 
-void TrustChecks::set_lit_monitor(const std::string& channel, double reading) {
-  // A monitor that is blind to a channel, or none: nothing can be told from it.
+void TrustChecks::set_lit_monitor(const std::string& channel, double highest_reading) {
+  // A monitor that is blind to a channel, or none: nothing can be told from it. By the highest: of
+  // a lamp that is on and off in turn the lowest reading looks blind.
   constexpr double kBlind = 0.02;
-  if (reading > kBlind) lit_monitor_[channel] = reading;
+  if (highest_reading > kBlind) lit_monitor_[channel] = highest_reading;
 }
 
 void TrustChecks::require_lit(const std::string& channel, double lowest_reading) const {

@@ -56,8 +56,9 @@ class TrustChecks {
   /// Whether it is time for one after so many points.
   bool due(std::size_t points_since) const;
 
-  /// What the monitor reads at the white, by which the lamp counts as lit.
-  void set_lit_monitor(const std::string& channel, double reading);
+  /// What the monitor reads at the white, by which the lamp counts as lit: the highest of a
+  /// bracket.
+  void set_lit_monitor(const std::string& channel, double highest_reading);
   /// Throws Fault when the lamp is off by its monitor.
   void require_lit(const std::string& channel, double lowest_reading) const;
   /// What to say of a lamp whose monitor read so differently in one bracket that a reading is no

@@ -51,6 +51,8 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
       open = false;
     }
   }
+  // A session that ended within a visit, or had just found that it was none.
+  if (open && (next_again != again.end() || !visits.back().lamp_off)) visits.pop_back();
   return visits;
 }
 

@@ -8,6 +8,7 @@
 
 #include "bracket.h"
 #include "dark_frames.h"
+#include "light_watch.h"
 #include "standing_capture.h"
 #include "white_pose.h"
 
@@ -53,24 +54,24 @@ std::string take_channel(const CaptureContext& context, const std::string& chann
   const BracketResult found = take_bracket(devices, context.instrument, context.options, regions,
                                            context.options.first_exposure, record, context.archive);
   if (visit != WhiteVisit::opening) checks.require_lit(channel, found.lowest_monitor);
-  checks.set_lit_monitor(channel, found.lowest_monitor);
+  checks.set_lit_monitor(channel, found.highest_monitor);
   if (context.exposures) {
     context.exposures->see_white(channel, devices.joints(), found.brightest_dn_per_s);
   }
   longest = std::max(longest, found.longest);
   dimmest = std::min(dimmest, found.dimmest_dn_per_s);
   require_reference(context, channel, found, visit);
-  double lowest = found.lowest_monitor;
-  double highest = found.highest_monitor;
+  LightWatch light(devices);
   for (int i = 1; i < context.options.white_frames; ++i) {
     FrameRecord repeat = record;
-    repeat.monitor = devices.read_monitor();
-    lowest = std::min(lowest, repeat.monitor);
-    highest = std::max(highest, repeat.monitor);
-    const devices::Frame frame = capture_standing(devices, found.start, repeat);
+    repeat.monitor = light.read();
+    const devices::Frame frame =
+        capture_standing(devices, found.start, repeat, [&] { light.during(found.start); });
     context.archive.append(std::move(repeat), frame);
   }
-  return checks.flicker(channel, lowest, highest);
+  light.read();
+  return checks.flicker(channel, std::min(found.lowest_monitor, light.lowest()),
+                        std::max(found.highest_monitor, light.highest()));
 }
 
 }  // namespace

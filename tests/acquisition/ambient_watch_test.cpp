@@ -38,8 +38,8 @@ class AmbientWatchTest : public testing::Test {
     frame.pixels_dn.assign(kPixels, static_cast<std::uint16_t>(kBlack_dn + above_black_dn));
     return frame;
   }
-  std::string look(std::uint16_t above_black_dn) {
-    return watch_.changed(frame(above_black_dn), regions_, kDimmest_dn_per_s);
+  std::string look(std::uint16_t above_black_dn, devices::Target target = devices::Target::sample) {
+    return watch_.changed(frame(above_black_dn), target, regions_, kDimmest_dn_per_s);
   }
 
   instrument::SensorModel sensor_;
@@ -54,6 +54,15 @@ TEST_F(AmbientWatchTest, TellsAStepOnce) {
   EXPECT_THAT(look(30), HasSubstr("brighter by 20"));
   EXPECT_THAT(look(30), IsEmpty());
   EXPECT_THAT(look(10), HasSubstr("darker by 20"));
+}
+
+TEST_F(AmbientWatchTest, ComparesWhiteWithWhiteAndSampleWithSample) {
+  look(100, devices::Target::white);
+  EXPECT_THAT(look(10), HasSubstr("darker")) << "there is nothing else to compare the first with";
+  EXPECT_THAT(look(10), IsEmpty());
+  EXPECT_THAT(look(100, devices::Target::white), IsEmpty());
+  EXPECT_THAT(look(10), IsEmpty());
+  EXPECT_THAT(look(120, devices::Target::white), HasSubstr("brighter by 20"));
 }
 
 TEST_F(AmbientWatchTest, LeavesWhatDoesNotMatterToTheWantedPrecision) {

@@ -104,7 +104,7 @@ TEST_P(FlickerTest, LeavesNothingBadThatLooksGood) {
     try {
       begin(session);
     } catch (const devices::DeviceError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("flickers at the white"));
+      EXPECT_THAT(error.what(), testing::HasSubstr("no steady light at the white"));
     }
     world_.lamp.events.clear();
     if (!SessionReader(session).finished()) {

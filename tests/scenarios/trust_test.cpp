@@ -270,7 +270,7 @@ TEST_F(Trust, WhatFlickersWheneverItIsTakenIsMarked) {
     begin(session_);
     FAIL() << "took its closing white from a lamp that flickers";
   } catch (const devices::DeviceError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("flickers at the white"));
+    EXPECT_THAT(error.what(), HasSubstr("no steady light at the white"));
   }
   EXPECT_THAT(notes(acquisition::kSuspectNote), Contains(HasSubstr("lamp monitor read")));
   const std::vector<int> times = times_taken();
