@@ -215,7 +215,10 @@ std::filesystem::path disk_reserve_file(const std::filesystem::path& folder) {
 SessionWriter::SessionWriter(const std::filesystem::path& folder, const SessionMetadata& metadata,
                              const std::map<std::string, std::string>& configuration) {
   files::require_creatable(folder);
-  std::filesystem::create_directory(folder);
+  // Another process may have been quicker: what it made is its own.
+  if (!std::filesystem::create_directory(folder)) {
+    throw FileError(folder, "create", "it exists");
+  }
   try {
     std::filesystem::create_directory(folder / "frames");
     state_.reset(new State{folder, files::ProcessLock(session_lock(folder)),

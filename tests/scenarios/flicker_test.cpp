@@ -22,8 +22,11 @@ constexpr int kPoint = 1;
 constexpr double kSameWithin = 0.01;
 constexpr int kOnsets = 3;
 
-/// Phase that flickers, and the period in those of a frame (exposure and readout).
-using Flicker = std::tuple<std::string, double>;
+/// Phase that flickers, the period in those of a frame (exposure and readout), and how many times
+/// as bright it is in every other half of one.
+using Flicker = std::tuple<std::string, double, double>;
+constexpr double kBrighter = 1.2;
+constexpr double kOff = 0.001;
 
 class FlickerTest : public SteadySession, public testing::WithParamInterface<Flicker> {
  protected:
@@ -89,6 +92,7 @@ TEST_P(FlickerTest, LeavesNothingBadThatLooksGood) {
   ASSERT_TRUE(first_frame);
   ASSERT_EQ(frames, 1) << "the bracket has two frames: their readings are no test of this";
 
+  const double times = std::get<2>(GetParam());
   const auto half_period =
       std::chrono::duration_cast<Time>(frame_takes * std::get<1>(GetParam())) / 2;
   for (int onset = 0; onset < kOnsets; ++onset) {
@@ -97,14 +101,15 @@ TEST_P(FlickerTest, LeavesNothingBadThatLooksGood) {
     bool up = true;
     for (Time at = *first_frame - 2 * half_period * (onset + 1) / kOnsets; at < *until;
          at += half_period, up = !up) {
-      world_.lamp.events.push_back({at, {}, up ? 1.2 : 1.0 / 1.2, true});
+      world_.lamp.events.push_back({at, {}, up ? times : 1.0 / times, true});
     }
-    if (!up) world_.lamp.events.push_back({*until, {}, 1.0 / 1.2, true});
+    if (!up) world_.lamp.events.push_back({*until, {}, 1.0 / times, true});
     const std::filesystem::path session = folder_.path() / std::to_string(onset);
     try {
       begin(session);
     } catch (const devices::DeviceError& error) {
-      EXPECT_THAT(error.what(), testing::HasSubstr("no steady light at the white"));
+      EXPECT_THAT(error.what(), testing::AnyOf(testing::HasSubstr("no steady light at the white"),
+                                               testing::HasSubstr("is the lamp on?")));
     }
     world_.lamp.events.clear();
     if (!SessionReader(session).finished()) {
@@ -122,13 +127,19 @@ TEST_P(FlickerTest, LeavesNothingBadThatLooksGood) {
 
 std::string name_of(const testing::TestParamInfo<Flicker>& info) {
   return std::get<0>(info.param) + "_" +
-         std::to_string(static_cast<int>(1000.0 * std::get<1>(info.param) + 0.5));
+         std::to_string(static_cast<int>(1000.0 * std::get<1>(info.param) + 0.5)) +
+         (std::get<2>(info.param) == kOff ? "_off" : "");
 }
 
 INSTANTIATE_TEST_SUITE_P(Periods, FlickerTest,
                          testing::Combine(testing::Values("white", "point"),
                                           testing::Values(2.0, 1.02, 1.0, 2.0 / 3.0, 0.5, 1.0 / 3.0,
-                                                          0.15)),
+                                                          0.15),
+                                          testing::Values(kBrighter)),
+                         name_of);
+INSTANTIATE_TEST_SUITE_P(OnAndOff, FlickerTest,
+                         testing::Combine(testing::Values("white"), testing::Values(1.0, 0.5),
+                                          testing::Values(kOff)),
                          name_of);
 
 }  // namespace
