@@ -17,10 +17,10 @@ namespace gonio::quality {
 /// decibels, and the first of many looks that says "reached" is rather one that says too much.
 /// From held-out materials (docs/results.md, "Closed loop").
 inline constexpr double kStopMargin_db = 0.5;
-/// A pose is an outlier beyond so many times what the middle pose is off by. Of ten held-out points,
-/// none is named where none is wrong, half of those that are four times too bright, an eighth of
-/// those twice (docs/results.md, "Closed loop"): points chosen to tell different things check each
-/// other little.
+/// A pose is an outlier beyond so many times what the middle pose is off by. Of ten held-out
+/// points, none is named where none is wrong, half of those that are four times too bright, an
+/// eighth of those twice (docs/results.md, "Closed loop"): points chosen to tell different things
+/// check each other little.
 inline constexpr double kOutlierLimit = 2.5;
 /// Fewer measured poses foresee nothing.
 inline constexpr int kFewestJudged = 5;
