@@ -30,9 +30,8 @@ class AmbientWatch {
   /// level found is what the next one is compared with. Where every other frame says so the light
   /// differs by the pose or never rests, and measuring again would not help: that is said once, and
   /// nothing after it.
-  /// `target`   What the frame shows: with a white and a dark sample in turn a lit room would
-  /// change
-  ///            each time. Compared with the last frame of the same, if there is one.
+  /// `target`   What the frame shows, compared with the last frame of the same if there is one: a
+  ///            lit room looks another in a white and in a dark sample.
   /// `regions`  Of the target, not empty.
   /// `dimmest_dn_per_s`  The least signal of a region of it under the lamp, above black; 0: none
   ///                     that a sample could come of.

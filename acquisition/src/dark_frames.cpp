@@ -54,9 +54,17 @@ std::string take_lamp_off(const CaptureContext& context, int point,
   record.kind = FrameKind::lamp_off;
   record.point = point;
   const devices::Frame frame = take(context, record, exposure);
-  context.archive.append(std::move(record), frame);
-  const devices::Target target = point < 0 ? devices::Target::white : devices::Target::sample;
-  return context.ambient.changed(frame, target, regions, dimmest_dn_per_s);
+  const bool white = point < 0;
+  std::string changed = context.ambient.changed(
+      frame, white ? devices::Target::white : devices::Target::sample, regions, dimmest_dn_per_s);
+  // With its lamp-off frame a white counts as whole: not before it is known whether it is one.
+  context.archive.together([&] {
+    context.archive.append(std::move(record), frame);
+    if (white && !changed.empty()) {
+      context.archive.note(context.devices.now(), kWhiteAgainNote, changed);
+    }
+  });
+  return changed;
 }
 
 }  // namespace gonio::acquisition

@@ -34,6 +34,7 @@ class Journal {
   /// Rows that belong together: all of them, or after a kill none, are there.
   void begin() { run("BEGIN;"); }
   void commit() { run("COMMIT;"); }
+  void roll_back() { run("ROLLBACK;"); }
 
   /// Folds the log into the main file, so that the finished journal can be read where nothing may
   /// be written. Not while somebody reads it: then the log stays, and no row is missing for that.

@@ -242,8 +242,6 @@ class Session {
           archive_.note(devices_.now(), kWhiteAgainNote, "a device dropped off");
         }
         unsteady = visit_white(context_, white_joints_, visit);
-        // At once: should the session end now, nobody must take this white for a good one.
-        if (!unsteady.empty()) archive_.note(devices_.now(), kWhiteAgainNote, unsteady);
       });
       if (unsteady.empty()) {
         taken_since_white_ = false;
@@ -290,10 +288,13 @@ class Session {
       }
       return;
     }
-    acknowledge(point);
+    // A session that ends in between must not leave it as good.
+    archive_.together([&] {
+      acknowledge(point);
+      if (!unsteady.empty()) distrust({index}, unsteady);
+    });
     failures_in_a_row_ = 0;
     since_check_.push_back(index);
-    if (!unsteady.empty()) distrust({index}, unsteady);
   }
 
   void acknowledge(PointRecord& point) {

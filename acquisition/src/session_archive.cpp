@@ -307,6 +307,21 @@ void SessionWriter::note(std::chrono::nanoseconds at, const std::string& kind,
   if (state_->observer != nullptr) state_->observer->on_note({at + state_->ahead, kind, text});
 }
 
+void SessionWriter::together(const std::function<void()>& rows) {
+  state_->journal.begin();
+  try {
+    rows();
+    state_->journal.commit();
+  } catch (...) {
+    try {
+      state_->journal.roll_back();
+    } catch (const std::exception&) {
+      // A disk that fails has ended it already: SQLite rolls back by itself then.
+    }
+    throw;
+  }
+}
+
 void SessionWriter::finish(std::chrono::nanoseconds at) {
   state_->journal.append("finished", {fmt::format("{}", (at + state_->ahead).count())});
   state_->journal.close_log();

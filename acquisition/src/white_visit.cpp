@@ -88,7 +88,10 @@ std::string visit_white(const CaptureContext& context, const rig::Joints& joints
   double dimmest = std::numeric_limits<double>::infinity();
   for (const devices::LightChannel& channel : context.channels) {
     std::string flicker = take_channel(context, channel.name, regions, visit, longest, dimmest);
-    if (!flicker.empty()) return flicker;
+    if (!flicker.empty()) {
+      context.archive.note(devices.now(), kWhiteAgainNote, flicker);
+      return flicker;
+    }
   }
   devices.close_shutter();
   std::string room = take_lamp_off(context, -1, longest, regions, dimmest);

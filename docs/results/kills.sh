@@ -20,9 +20,10 @@ cmake --build "$build" --target random_kills_test kill_sweep_test >> "$out/build
   git -C "$root" rev-parse --short HEAD
 } > "$out/kills.log"
 half=$((${KILLS:-1000} / 2))
-for seed in 1 2; do
-  GONIO_KILLS=$half GONIO_KILL_SEED=$seed "$build/bin/random_kills_test" > "$out/kills.$seed.log" 2>&1 &
-done
-wait
-GONIO_KILL_SWEEP=all "$build/bin/kill_sweep_test" > "$out/sweep.log" 2>&1 || true
-tail -n 12 "$out"/kills.?.log "$out/sweep.log"
+failed=0
+GONIO_KILLS=$half GONIO_KILL_SEED=1 "$build/bin/random_kills_test" > "$out/kills.1.log" 2>&1 &
+GONIO_KILLS=$half GONIO_KILL_SEED=2 "$build/bin/random_kills_test" > "$out/kills.2.log" 2>&1 || failed=1
+wait $! || failed=1
+GONIO_KILL_SWEEP=all "$build/bin/kill_sweep_test" > "$out/sweep.log" 2>&1 || failed=1
+for log in kills.1 kills.2 sweep; do tail -n 12 "$out/$log.log"; done
+exit $failed

@@ -180,6 +180,27 @@ TEST_F(SessionArchive, RefusesTimesAndPointsThatNoSessionHas) {
               HasSubstr("found point -3"));
 }
 
+TEST_F(SessionArchive, AcknowledgesTogetherWhatBelongsTogetherOrNothing) {
+  {
+    SessionWriter writer(folder_, {}, {});
+    EXPECT_THROW(writer.together([&] {
+      writer.append(PointRecord());
+      throw std::runtime_error("in between");
+    }),
+                 std::runtime_error);
+    EXPECT_THAT(SessionReader(folder_).points(), IsEmpty());
+    writer.together([&] {
+      writer.append(PointRecord());
+      EXPECT_THAT(SessionReader(folder_).points(), IsEmpty()) << "not yet";
+      writer.note(std::chrono::seconds(1), "suspect", "points 0: flicker");
+    });
+  }
+  const SessionReader reader(folder_);
+  EXPECT_EQ(reader.points().size(), 1U);
+  EXPECT_EQ(reader.notes().size(), 1U);
+  EXPECT_THAT(reader.damage(), IsEmpty());
+}
+
 TEST_F(SessionArchive, NoticesARowThatWasTakenOut) {
   write_two_frames();
   run_sql(folder_, "DROP TRIGGER frames_no_DELETE; DELETE FROM frames WHERE number = 1;");

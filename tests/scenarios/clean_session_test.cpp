@@ -11,14 +11,8 @@ namespace {
 
 class CleanSession : public SteadySession {
  protected:
-  /// Lamp, monitor and axes with the errors of the nominal world.
   CleanSession() {
-    const sim::SimOptions nominal =
-        sim::nominal_options(brdf::builtin_materials().front().model, 7);
-    world_.lamp = nominal.lamp;
-    world_.axes = nominal.axes;
-    world_.axes.resize(world_.rig.axes.size());
-    world_.same_noise_again = false;
+    take_nominal_errors(world_);
     // As many checks as eight hours have by their time, and more by their points.
     constexpr int kRounds = 20;
     std::vector<std::array<double, 3>> directions;

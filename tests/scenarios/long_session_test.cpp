@@ -43,13 +43,7 @@ std::ptrdiff_t open_descriptors() {
 class LongSession : public SteadySession {
  protected:
   LongSession() {
-    // The nominal world's errors: checks have something to look at.
-    const sim::SimOptions nominal =
-        sim::nominal_options(brdf::builtin_materials().front().model, 7);
-    world_.lamp = nominal.lamp;
-    world_.axes = nominal.axes;
-    world_.axes.resize(world_.rig.axes.size());
-    world_.same_noise_again = false;
+    take_nominal_errors(world_);  // checks have something to look at
     world_.camera.height_px = 64;
     world_.camera.cy_px = 31.5;
     known_ = nominal_instrument(world_);

@@ -48,6 +48,15 @@ inline sim::SimOptions steady_world() {
   return world;
 }
 
+/// Lamp, monitor and axes with the errors of the nominal world instead.
+inline void take_nominal_errors(sim::SimOptions& world) {
+  const sim::SimOptions nominal = sim::nominal_options(brdf::builtin_materials().front().model, 7);
+  world.lamp = nominal.lamp;
+  world.axes = nominal.axes;
+  world.axes.resize(world.rig.axes.size());
+  world.same_noise_again = false;
+}
+
 /// Sessions of twelve points in steady_world(), and such that go on.
 class SteadySession : public testing::Test {
  protected:

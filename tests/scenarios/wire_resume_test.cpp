@@ -17,6 +17,16 @@ namespace {
 
 using testing::HasSubstr;
 
+/// A session that is killed at its third point, and one that goes on with it.
+const std::string kKilledAndResumed = std::string("gonio=\"") + GONIO_PROGRAM + R"("
+"$gonio" measure rig.toml --plan list.csv --out session -v 2>log &
+child=$!
+until grep -q "point 3 of" log; do kill -0 $child || exit 9; done
+kill -KILL $child
+"$gonio" resume session 2>second
+echo $? >code
+)";
+
 TEST_F(OnTheWire, ASecondProgramIsRefusedWhileOneDrivesTheRig) {
   folder_.write("two.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" shutter rig.toml open --channel G 2>log &
@@ -40,14 +50,7 @@ echo $? >code_after
 // The next process waits until the watchdog of the first has stopped the rig, homes it anew and
 // finds the devices that the session was begun with.
 TEST_F(OnTheWire, AKilledSessionGoesOnInANewProcess) {
-  folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
-"$gonio" measure rig.toml --plan list.csv --out session -v 2>log &
-child=$!
-until grep -q "point 3 of" log; do kill -0 $child || exit 9; done
-kill -KILL $child
-"$gonio" resume session 2>second
-echo $? >code
-)");
+  folder_.write("kill.sh", kKilledAndResumed);
   GonioProcess({"rig.toml", "--time-scale", "50", "--", "bash", "kill.sh"}, folder_.path(), 0,
                GONIO_EMULATE)
       .wait();
@@ -67,14 +70,7 @@ TEST_F(OnTheWire, AnAxisThatSlippedDuringAnOutageIsHomedAwayAndWhatItMayHaveSpoi
   folder_.write("list.csv",
                 "theta_h_deg,theta_d_deg,phi_d_deg\n3,20,28\n30,20,89\n15,20,130\n2,20,180\n"
                 "20,20,60\n");
-  folder_.write("slip.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
-"$gonio" measure rig.toml --plan list.csv --out session -v 2>log &
-child=$!
-until grep -q "point 3 of" log; do kill -0 $child || exit 9; done
-kill -KILL $child
-"$gonio" resume session 2>second
-echo $? >code
-)");
+  folder_.write("slip.sh", kKilledAndResumed);
   // At the second homing: the first is that of `measure`.
   in_the_machine("slip.sh", {"--fault", "lost_steps@lamp_arm:skip=1,count=1,degrees=0.05"});
   EXPECT_EQ(std::stoi(folder_.read("code")), 0) << folder_.read("second");

@@ -14,9 +14,7 @@ namespace gonio::modbus_stage {
 using devices::Clock;
 using devices::DeviceErrc;
 using devices::DeviceError;
-namespace {
 using Host = std::chrono::steady_clock;
-}  // namespace
 
 void ModbusStage::home(std::chrono::milliseconds timeout) {
   const Clock::Duration deadline = devices::deadline_after(clock_, timeout);

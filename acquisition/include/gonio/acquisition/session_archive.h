@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -96,6 +97,9 @@ class SessionWriter {
   void append(const PointRecord& record);
   /// An event worth a line: retry, warning, home delta, operator's note.
   void note(std::chrono::nanoseconds at, const std::string& kind, const std::string& text);
+  /// What `rows` appends of points and notes becomes acknowledged at once: all of it or, when it
+  /// throws, nothing. For what must not be believed without what is said of it.
+  void together(const std::function<void()>& rows);
   /// Marks the session complete. Without it a reader reports an interrupted session.
   void finish(std::chrono::nanoseconds at);
 
