@@ -107,6 +107,7 @@ Forecast forecast_session(const instrument::Instrument& instrument, const Itiner
     }
     add(visit.kind == VisitKind::park ? park : travel, way);
     now += way.seconds + stay.seconds;
+    forecast.dwells_s.push_back(way.seconds + stay.seconds - visit.travel_s);
     if (visit.kind == VisitKind::point) {
       ForecastPoint& point = points[*visit.point].point;
       point.travel_s = way.seconds;

@@ -27,8 +27,6 @@ PointSchedule::PointSchedule(const MeasurementPlan& plan, const SessionPart& par
   }
 }
 
-double PointSchedule::left_s() const { return std::max(0.0, left_s_); }
-
 int PointSchedule::planned() const {
   return static_cast<int>(plan_.points.size() - dropped_.size());
 }
@@ -51,12 +49,12 @@ bool PointSchedule::is_complete() const {
 void PointSchedule::acknowledge(int point, PointOutcome outcome) {
   done_[point] = outcome;
   failed_.erase(point);
-  if (left_.erase(point) != 0) left_s_ -= seconds_of(point);
+  left_.erase(point);
 }
 
 void PointSchedule::take_again(int point) {
   done_.erase(point);
-  if (left_.insert(point).second) left_s_ += seconds_of(point);
+  left_.insert(point);
 }
 
 void PointSchedule::take_again_once(int point) {
@@ -84,12 +82,8 @@ void PointSchedule::apply(const Decision& decision) {
   }
   for (const int point : decision.dropped) {
     dropped_.insert(point);
-    if (left_.erase(point) != 0) left_s_ -= seconds_of(point);
+    left_.erase(point);
   }
-}
-
-double PointSchedule::seconds_of(int point) const {
-  return plan_.points[static_cast<std::size_t>(point)].predicted_s;
 }
 
 }  // namespace gonio::acquisition

@@ -25,8 +25,7 @@ class PointSchedule {
   const std::map<int, PointOutcome>& done() const { return done_; }
   /// To be measured yet, in their order.
   const std::set<int>& left() const { return left_; }
-  double left_s() const;  ///< what they take, as planned
-  int planned() const;    ///< points, with those added and without those dropped
+  int planned() const;  ///< points, with those added and without those dropped
   int measured() const;
   /// Every point was measured, or a decision replaced or dropped it.
   bool is_complete() const;
@@ -51,13 +50,11 @@ class PointSchedule {
   bool white_stands_before(int point) { return white_before_.erase(point) > 0; }
 
  private:
-  double seconds_of(int point) const;
   bool is_settled(int point) const { return replaced_.contains(point) || dropped_.contains(point); }
 
   MeasurementPlan plan_;
   std::map<int, PointOutcome> done_;
   std::set<int> left_;
-  double left_s_ = 0.0;
   std::set<int> replaced_;
   std::set<int> dropped_;
   std::set<int> failed_;       ///< of `done_`, for a device's sake

@@ -247,8 +247,8 @@ void check_exposures(const Forecast& forecast, const SessionOptions& options,
 }
 
 void set_dwells(const Forecast& forecast, Itinerary& itinerary) {
-  for (PlannedVisit& visit : itinerary.visits) {
-    if (visit.point) visit.dwell_s = forecast.points[*visit.point].measuring_s.expected;
+  for (std::size_t i = 0; i < itinerary.visits.size(); ++i) {
+    itinerary.visits[i].dwell_s = forecast.dwells_s.at(i);
   }
 }
 
@@ -350,6 +350,7 @@ Preflight preflight(const DeviceSet& devices, const instrument::Instrument& inst
   if (expectation != nullptr && !result.refusal()) {
     result.forecast = foreseen(itinerary);
     check_exposures(*result.forecast, options, expectation->sample.source, checks);
+    set_dwells(*result.forecast, itinerary);
   }
   result.drift = drift_aliasing(itinerary, plan);
   check_drift(result.drift, plan.points.size(), checks);

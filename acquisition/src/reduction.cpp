@@ -229,7 +229,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   const WhiteLevel white =
       white_level(archive, instrument, options, colours, parts, darks, monitored);
   reduction.warnings.insert(reduction.warnings.end(), white.warnings.begin(), white.warnings.end());
-  reduction.white_drift_relative = white.drift();
+  if (white.visits.size() > 1) reduction.white_drift_relative = white.drift();
   if (std::abs(white.drift()) > kUsualDrift) {
     reduction.warnings.push_back(
         fmt::format("white drift: the closing white is {:+.1f} % off the opening one, expected "

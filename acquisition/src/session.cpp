@@ -13,6 +13,7 @@
 #include "gonio/acquisition/steering.h"
 #include "point_schedule.h"
 #include "point_visit.h"
+#include "time_left.h"
 #include "white_pose.h"
 #include "white_visit.h"
 
@@ -48,6 +49,7 @@ class Session {
         checks_(devices_, instrument, plan, options, archive, part, white_joints_),
         ambient_(instrument.sensor, options),
         points_(plan, part, itinerary),
+        time_left_(itinerary, plan),
         context_{devices_,
                  instrument,
                  options,
@@ -260,6 +262,7 @@ class Session {
     point.point = index;
     point.commanded = planned.direction;
     point.branch = rig::to_char(planned.pose.branch);
+    const std::chrono::nanoseconds begun = devices_.now();
     std::string unsteady;
     try {
       point.joints = devices_.move_to(planned.pose.joints);
@@ -293,6 +296,7 @@ class Session {
       acknowledge(point);
       if (!unsteady.empty()) distrust({index}, unsteady);
     });
+    time_left_.took(index, devices::to_seconds(point.finished_at - begun));
     failures_in_a_row_ = 0;
     since_check_.push_back(index);
   }
@@ -317,7 +321,7 @@ class Session {
     now.done = static_cast<int>(points_.done().size());
     now.total = points_.planned();
     now.elapsed_s = seconds_since_start();
-    now.remaining_s = points_.left_s();
+    now.remaining_s = time_left_.from(phase, points_.left());
     progress_(now);
   }
 
@@ -334,6 +338,7 @@ class Session {
   AmbientWatch ambient_;
   std::optional<ExposurePrediction> exposures_;
   PointSchedule points_;
+  TimeLeft time_left_;
   CaptureContext context_;
   int failures_in_a_row_ = 0;     ///< of points
   std::vector<int> since_check_;  ///< points taken since the last check

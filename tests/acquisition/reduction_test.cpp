@@ -198,7 +198,8 @@ TEST_F(Reduction, WarnsOfADriftOfTheWhite) {
   closing_white_ = 0.65;
   write_session(0.25);
   const auto reduced = reduce_centre();
-  EXPECT_NEAR(reduced.white_drift_relative, -0.35, 1e-3);
+  ASSERT_TRUE(reduced.white_drift_relative);
+  EXPECT_NEAR(*reduced.white_drift_relative, -0.35, 1e-3);
   ASSERT_EQ(reduced.warnings.size(), 1U);
   EXPECT_THAT(reduced.warnings[0], HasSubstr("-35.0 %"));
 }

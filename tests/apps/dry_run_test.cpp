@@ -39,6 +39,28 @@ class DryRun : public Workflow {
   }
 };
 
+TEST_F(DryRun, TakesAsLongAsThePlanSays) {
+  train();
+  const std::string rig = GONIO_RIGS "/lab_example.toml";
+  const json planned = json::parse(run({"plan", "--basis", "basis.h5", "--samples", "4", "--rig",
+                                        rig, "--out", "plan.csv", "--explain", "--json"})
+                                       .out);
+  const json found =
+      json::parse(run({"measure", rig, "--plan", "plan.csv", "--dry-run", "--json"}).out);
+  const double whole_s = found["duration_s"];
+  EXPECT_NEAR(planned["session"]["duration_s"], whole_s, 1e-3 * whole_s);
+}
+
+TEST_F(DryRun, SaysThatMorePairsAreWantedThanThereCanBe) {
+  EXPECT_THAT(run(words({"--repeat-pairs", "9"})).error,
+              HasSubstr("9 pairs were asked for, 2 points have a place"));
+}
+
+TEST_F(DryRun, RefusesAnArchiveThatExistsAsTheSessionWould) {
+  folder.write("taken", "");
+  EXPECT_THAT(run(words({"--out", "taken"}), 2).error, HasSubstr("it exists"));
+}
+
 TEST_F(DryRun, ShowsTheSessionMovesNothingAndLeavesNothing) {
   const Ended ended = run(words());
   EXPECT_THAT(ended.out, HasSubstr("(39.00, 60.00, 89.00) deg"));

@@ -133,9 +133,13 @@ TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
   EXPECT_THAT(paused["damage"], testing::IsEmpty());
   const int measured = paused["measured"].get<int>();
   EXPECT_GE(measured, 2) << "the point under way was finished";
-  run({"reduce", "session", "--out", "samples.csv"});
+  EXPECT_THAT(run({"reduce", "session", "--out", "samples.csv"}).error,
+              AllOf(HasSubstr("did not come to its end"), HasSubstr("there is but one white")));
   const Ended resumed = run({"resume", "session"});
-  EXPECT_THAT(resumed.error, HasSubstr(std::to_string(measured) + " of 5 points are done"));
+  EXPECT_THAT(resumed.error,
+              AllOf(HasSubstr(std::to_string(measured) + " of 5 points are done"),
+                    HasSubstr("axes over the interruption"), HasSubstr("no factor is applied"),
+                    HasSubstr(", " + std::to_string(5 - measured) + " of them now,")));
   const auto complete = status("session", 0);
   EXPECT_EQ(complete["measured"], 5);
   EXPECT_THAT(complete["bridges"].get<std::vector<std::string>>(),

@@ -165,7 +165,7 @@ void set_plan(SessionSetup& session, const MeasureOptions& options, const Consol
 }
 
 /// The second halves of pairs, with the exposures of the first.
-void add_pairs(SessionSetup& session) {
+void add_pairs(SessionSetup& session, const Console& console) {
   const acquisition::PairOptions& pairs = session.rig.pairs;
   if (pairs.repeats == 0 && pairs.reciprocals == 0) return;
   // Camera and lamp can only change places where the rig has poses for it, whatever it is planned
@@ -173,7 +173,14 @@ void add_pairs(SessionSetup& session) {
   rig::BranchSet branches = session.rig.branches;
   branches.reciprocal = true;
   const rig::Inverse inverse(session.instrument.rig, branches);
+  const std::size_t alone = session.plan.points.size();
   session.plan = acquisition::with_pairs(inverse, session.plan, pairs);
+  const std::size_t found = session.plan.points.size() - alone;
+  const auto wanted = static_cast<std::size_t>(pairs.repeats + pairs.reciprocals);
+  if (found < wanted) {
+    console.warn(fmt::format("{} pairs were asked for, {} points have a place and a pose for one",
+                             wanted, found));
+  }
   if (session.exposures_us.empty()) return;
   std::vector<double> exposures_us;
   std::map<std::tuple<double, double, double>, double> by_direction;
@@ -209,9 +216,16 @@ int dry_run(const Context& context, const SessionSetup& session, bool json) {
   if (const acquisition::Check* refusal = preflight.found.refusal()) {
     throw UsageError(refusal->text);
   }
-  context.console.say(fmt::format("{} direction(s) on {}, about {}; nothing was moved",
+  std::string loop;
+  if (session.loop) {
+    loop = fmt::format(
+        "; the closed loop may {}go on to {} points",
+        session.loop->until_db ? "stop before, or " : "",
+        std::max(static_cast<std::size_t>(session.loop->max_points), session.plan.points.size()));
+  }
+  context.console.say(fmt::format("{} direction(s) on {}, about {}{}; nothing was moved",
                                   session.plan.points.size(), session.instrument.rig.name,
-                                  duration_text(preflight.found.forecast->total_s.expected)));
+                                  duration_text(preflight.found.forecast->total_s.expected), loop));
   return kSuccess;
 }
 
@@ -219,7 +233,7 @@ int measure(Context& context, const MeasureOptions& options) {
   const Console& console = context.console;
   if (options.json && !options.dry_run) throw UsageError("--json: goes with --dry-run");
   if (options.out.empty() && !options.dry_run) throw UsageError("--out is required, or --dry-run");
-  if (!options.dry_run) {
+  if (!options.out.empty()) {
     if (std::filesystem::exists(options.out)) {
       throw UsageError(options.out + ": cannot create: it exists",
                        "choose another name: a session is never replaced");
@@ -244,7 +258,7 @@ int measure(Context& context, const MeasureOptions& options) {
     session.alignment_refusal = error.what();
   }
   set_plan(session, options, console);
-  add_pairs(session);
+  add_pairs(session, console);
   set_expected(session, options);
   set_sample(session, options);
   set_loop(session, options);

@@ -16,6 +16,7 @@
 #include "planning.h"
 #include "pose_choice.h"
 #include "provenance.h"
+#include "session_preflight.h"
 
 namespace gonio::cli {
 namespace {
@@ -79,6 +80,25 @@ void say_if_stopped(const Context& context, std::vector<std::string>& comments) 
   if (!context.stop.stop_requested()) return;
   context.console.warn("search stopped: the plan holds the best directions so far");
   comments.emplace_back("search stopped early");
+}
+
+/// Puts the times of a session's forecast into a plan, by the average material it was made for.
+/// Returns how long the session takes, for people; a warning when it would be refused.
+std::string foresee(const Console& console, const KnownRig& rig,
+                    const std::vector<double>& exposures_us, acquisition::MeasurementPlan& plan) {
+  SessionSetup session;
+  session.rig = rig.file;
+  session.instrument = rig.constants;
+  session.plan = plan;
+  session.exposures_us = exposures_us;
+  session.simulated = rig.file.driver == RigFile::Driver::simulated;
+  const acquisition::Preflight found = preflight_session(session).found;
+  if (const acquisition::Check* refusal = found.refusal()) {
+    console.warn("gonio measure would refuse this plan: " + refusal->text);
+  }
+  if (!found.forecast) return "of a duration that is not known";
+  use_forecast(*found.forecast, plan);
+  return "about " + to_text(found.forecast->total_s);
 }
 
 int plan_near_field(Context& context, const PlanOptions& options) {
@@ -197,21 +217,20 @@ int plan(Context& context, const PlanOptions& options) {
     for (const auto& point : session.points) {
       exposures_us.push_back(expected_exposure_us(rig->file, rows, point.direction));
     }
-    predict_from_exposures(rig->file, exposures_us, session);
   }
-  comments.push_back(fmt::format("rig {}, constants {}, travel {:.1f} s, session about {:.0f} s",
-                                 kinematics.name, rig->constants.id, session.travel_s,
-                                 session.duration_s));
+  const std::string duration = foresee(context.console, *rig, exposures_us, session);
+  comments.push_back(fmt::format("rig {}, constants {}, travel {:.1f} s, session {}",
+                                 kinematics.name, rig->constants.id, session.travel_s, duration));
   files::write_text_file(options.out, plan_text(kinematics, session, exposures_us, comments),
                          overwrite(options.force));
   if (options.json) {
     explained["session"] = session_json(session);
     context.console.result(json_text(explained));
   } else if (options.explain) {
-    context.console.result(session_text(session));
+    context.console.result(session_text(session, duration));
   }
-  context.console.say(fmt::format("{}: {} directions, about {}", options.out, session.points.size(),
-                                  duration_text(session.duration_s)));
+  context.console.say(
+      fmt::format("{}: {} directions, {}", options.out, session.points.size(), duration));
   return kSuccess;
 }
 

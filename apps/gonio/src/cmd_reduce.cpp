@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
 #include "command.h"
 #include "outputs.h"
 #include "session_run.h"
@@ -14,6 +18,30 @@ struct ReduceOptions {
   int grid = 0;
   bool force = false;
 };
+
+/// What a session lacks that did not come to its end; empty: it did.
+std::string unfinished_text(const StoredSession& session) {
+  if (session.archive.finished()) return "";
+  return session.archive.folder().string() +
+         ": the session did not come to its end: points are missing, and no white closes it; what "
+         "the lamp did since the last one is not known";
+}
+
+/// How well points measured twice agree; those that do not are among the warnings.
+std::string pairs_text(const std::vector<acquisition::PairAgreement>& pairs) {
+  double change = 0.0;
+  double u = 0.0;
+  std::ptrdiff_t agree = 0;
+  for (const acquisition::PairAgreement& pair : pairs) {
+    change = std::max(change, std::abs(pair.change_relative));
+    u = std::max(u, pair.u_relative);
+    agree += pair.agrees() ? 1 : 0;
+  }
+  return fmt::format(
+      "{} of {} points measured twice agree with themselves: they differ by {:.2f} % at most, each "
+      "known to {:.2f} % or better",
+      agree, pairs.size(), 100.0 * change, 100.0 * u);
+}
 
 int reduce(Context& context, const ReduceOptions& options) {
   require_output(options.out, options.force, {options.calibration});
@@ -30,11 +58,18 @@ int reduce(Context& context, const ReduceOptions& options) {
     // Others are among the warnings.
     if (!bridge.is_applied() && !bridge.is_refused()) context.console.say(to_text(bridge));
   }
+  if (!reduction.pairs.empty()) context.console.say(pairs_text(reduction.pairs));
+  if (const std::string text = unfinished_text(session); !text.empty()) context.console.warn(text);
   context.check_stop();
+  std::set<int> poses;
+  for (const samples::Sample& sample : reduction.samples.samples) poses.insert(sample.pose);
   samples::write_samples(options.out, reduction.samples, overwrite(options.force));
-  context.console.say(fmt::format("{}: {} samples of {} poses; white drift {:+.2f} %", options.out,
-                                  reduction.samples.samples.size(), session.archive.points().size(),
-                                  100.0 * reduction.white_drift_relative));
+  context.console.say(
+      fmt::format("{}: {} samples of {} poses; white drift {}", options.out,
+                  reduction.samples.samples.size(), poses.size(),
+                  reduction.white_drift_relative
+                      ? fmt::format("{:+.2f} %", 100.0 * *reduction.white_drift_relative)
+                      : std::string("not known: there is but one white")));
   return kSuccess;
 }
 

@@ -78,7 +78,7 @@ void set_stored_sample(SessionSetup& session, const acquisition::SessionReader& 
 }
 
 /// Everything from the archive: what was given at the beginning may have changed since.
-SessionSetup setup_of(const StoredSession& stored) {
+SessionSetup setup_of(const StoredSession& stored, const std::string& basis) {
   const acquisition::SessionReader& archive = stored.archive;
   SessionSetup session;
   session.rig = stored.rig;
@@ -94,7 +94,7 @@ SessionSetup setup_of(const StoredSession& stored) {
   session.plan = stored_poses(poses->second, archive.folder() / kPosesText, session.instrument.rig);
   session.simulated = metadata(archive, "driver") == "simulated";
   set_stored_sample(session, archive);
-  session.loop = stored_loop(archive, session.material.scale);
+  session.loop = stored_loop(archive, session.material.scale, basis);
   return session;
 }
 
@@ -165,7 +165,7 @@ int resume(Context& context, const ResumeOptions& options) {
     return kSuccess;
   }
   std::string despite = require_fresh(stored.archive, options.accept_old);
-  SessionSetup session = setup_of(stored);
+  SessionSetup session = setup_of(stored, options.watching.basis);
   session.ask_person = !options.yes;
   add_decided_points(stored.archive, state, session);
   const int points = static_cast<int>(session.plan.points.size());
@@ -181,7 +181,9 @@ int resume(Context& context, const ResumeOptions& options) {
                                               std::chrono::duration<double>(options.outage_s))
                                         : outage_until_now(stored.archive, state.may_begin_at);
   tell_what_is_left(context.console, stored.archive, state, session.plan.points.size());
-  return run_to_the_end(context, session, options.watching,
+  MonitorOptions watching = options.watching;
+  if (session.loop && !watching.port) watching.basis.clear();  // it is the loop's alone
+  return run_to_the_end(context, session, watching,
                         SessionToResume{std::move(state), stored.archive.metadata(),
                                         std::move(lock), outage, std::move(despite)});
 }
@@ -198,7 +200,10 @@ void add_resume(const Command& root) {
   command.flag("--accept-calibration", options->accept_old,
                "Go on with a calibration or alignment that has become too old");
   command.flag("--yes", options->yes, "Do not ask before going on");
-  add_monitor_options(command, options->watching);
+  add_page_options(command, options->watching, "Serve a live page");
+  command.text("--basis", options->watching.basis,
+               "Where the basis of a session with a closed loop is now; with --monitor: show the "
+               "reconstruction as it grows");
   command.on_call(options, resume);
 }
 

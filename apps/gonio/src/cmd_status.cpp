@@ -24,6 +24,7 @@ namespace {
 struct StatusOptions {
   std::string session;
   bool replay = false;
+  std::string basis;
   bool json = false;
 };
 
@@ -58,14 +59,57 @@ std::optional<std::size_t> planned_points(const acquisition::SessionReader& arch
   return points;
 }
 
-/// With what decisions added and dropped.
-std::size_t with_decisions(std::size_t planned,
-                           const std::vector<acquisition::LoggedDecision>& decisions) {
+/// What decisions of the closed loop made of the plan.
+struct Changed {
+  std::size_t added = 0;
+  std::size_t dropped = 0;
+};
+
+Changed changed_by(const std::vector<acquisition::LoggedDecision>& decisions) {
+  Changed changed;
   for (const acquisition::LoggedDecision& each : decisions) {
-    planned += each.decision.added.size();
-    planned -= std::min(planned, each.decision.dropped.size());
+    changed.added += each.decision.added.size();
+    changed.dropped += each.decision.dropped.size();
   }
-  return planned;
+  return changed;
+}
+
+/// The last thing that was acknowledged; empty: nothing was.
+std::string latest_text(const acquisition::SessionReader& archive) {
+  if (archive.frames().empty()) return "";
+  const acquisition::FrameRecord& frame = archive.frames().back();
+  return fmt::format("{} frame{} at {} of session time", acquisition::to_string(frame.kind),
+                     frame.point >= 0 ? fmt::format(" of point {}", frame.point) : std::string(),
+                     duration_text(devices::to_seconds(frame.exposure_start)));
+}
+
+/// How the sentinel went from its first reading to the last, by channel; empty: fewer than two.
+std::string sentinel_change_text(const acquisition::SessionReader& archive) {
+  const std::vector<acquisition::SentinelVisit> visits = acquisition::sentinel_visits(archive);
+  if (visits.size() < 2) return "";
+  std::string text;
+  for (const auto& [channel, first] : visits.front().reading) {
+    const auto last = visits.back().reading.find(channel);
+    if (last == visits.back().reading.end()) continue;
+    text += fmt::format("{}{} {:+.2f} %", text.empty() ? "" : ", ", channel,
+                        100.0 * (last->second.level_dn_per_s / first.level_dn_per_s - 1.0));
+  }
+  return fmt::format("{} since the first of {} readings, over {}", text, visits.size(),
+                     duration_text(devices::to_seconds(visits.back().at - visits.front().at)));
+}
+
+/// A note as people read it.
+std::string note_text(const acquisition::SessionNote& note) {
+  if (note.kind != acquisition::kSentinelNote) return printable_line(note.text);
+  const auto reading = acquisition::sentinel_from_text(note.text);
+  if (!reading) return printable_line(note.text);
+  std::string text;
+  for (const auto& [channel, level] : *reading) {
+    text +=
+        fmt::format("{}{} {:.4g} DN/s +- {:.2g} %", text.empty() ? "" : ", ",
+                    printable_line(channel), level.level_dn_per_s, 100.0 * level.relative_sigma);
+  }
+  return text;
 }
 
 std::vector<std::string> reasons_of(const std::vector<acquisition::LoggedDecision>& decisions) {
@@ -77,13 +121,13 @@ std::vector<std::string> reasons_of(const std::vector<acquisition::LoggedDecisio
 }
 
 /// Whether the archive gives the decisions that were made.
-int replay(Context& context, const std::filesystem::path& folder) {
+int replay(Context& context, const std::filesystem::path& folder, const std::string& basis) {
   const StoredSession stored = open_session(folder);
   const std::size_t count = acquisition::decisions(stored.archive).size();
   const std::string scale_word = metadata(stored.archive, "radiometric_scale");
   const brdf::RadiometricScale scale =
       blame(folder, [&] { return brdf::radiometric_scale_from_string(scale_word); });
-  std::optional<LoopSettings> settings = stored_loop(stored.archive, scale);
+  std::optional<LoopSettings> settings = stored_loop(stored.archive, scale, basis);
   if (!settings) throw UsageError(folder.string() + ": was measured without a loop");
   const auto poses = stored.archive.configuration().find(kPosesText);
   if (poses == stored.archive.configuration().end()) {
@@ -133,7 +177,8 @@ int status(Context& context, const StatusOptions& options) {
   if (!std::filesystem::exists(folder / "session.sqlite")) {
     throw UsageError(options.session + ": found no session.sqlite, expected a session archive");
   }
-  if (options.replay) return replay(context, folder);
+  if (options.replay) return replay(context, folder, options.basis);
+  if (!options.basis.empty()) throw UsageError("--basis: goes with --replay");
   const acquisition::SessionReader archive(folder);
   const std::vector<acquisition::LoggedDecision> decisions = acquisition::decisions(archive);
   std::map<std::string, int> frames;
@@ -148,7 +193,8 @@ int status(Context& context, const StatusOptions& options) {
     return point.second == acquisition::PointOutcome::Measured;
   });
   const auto planned = planned_points(archive);
-  const std::size_t points = planned ? with_decisions(*planned, decisions) : outcomes.size();
+  const Changed changed = changed_by(decisions);
+  const std::size_t points = planned ? *planned + changed.added : outcomes.size();
   const auto writer = files::lock_holder(acquisition::session_lock(folder));
   const char* state = session_state(archive, writer.has_value());
   if (options.json) {
@@ -156,6 +202,10 @@ int status(Context& context, const StatusOptions& options) {
         {"state", state},
         {"points", points},
         {"measured", measured},
+        {"added", changed.added},
+        {"dropped", changed.dropped},
+        {"latest", latest_text(archive)},
+        {"sentinel", sentinel_change_text(archive)},
         {"frames", frames},
         {"damage", archive.damage()},
         {"metadata", archive.metadata()},
@@ -167,8 +217,19 @@ int status(Context& context, const StatusOptions& options) {
   } else {
     std::string text =
         fmt::format("state            {}\n", session_state_text(state, folder, writer));
-    text += fmt::format("points           {}, {} measured{}\n", points, measured,
-                        suspects.empty() ? "" : fmt::format(", {} suspect", suspects.size()));
+    const auto count_of = [](std::size_t count, const char* what) {
+      return count == 0 ? std::string() : fmt::format(", {} {}", count, what);
+    };
+    text += fmt::format("points           {}, {} measured{}{}{}; numbered from 0\n", points,
+                        measured, count_of(suspects.size(), "suspect"),
+                        count_of(changed.added, "added by decisions"),
+                        count_of(changed.dropped, "left out by decisions"));
+    if (const std::string latest = latest_text(archive); !latest.empty()) {
+      text += fmt::format("latest           {}\n", latest);
+    }
+    if (const std::string change = sentinel_change_text(archive); !change.empty()) {
+      text += fmt::format("sentinel         {}\n", printable_line(change));
+    }
     for (const auto& [point, why] : suspects) {
       text += fmt::format("suspect          point {}: {}\n", point, printable_line(why));
     }
@@ -195,7 +256,7 @@ int status(Context& context, const StatusOptions& options) {
     for (const auto& note : archive.notes()) {
       if (note.kind == acquisition::kDecisionNote) continue;
       text += fmt::format("{:8.1f} s  {}: {}\n", devices::to_seconds(note.at),
-                          printable_line(note.kind), printable_line(note.text));
+                          printable_line(note.kind), note_text(note));
     }
     for (const std::string& damage : archive.damage())
       text += "damaged: " + printable_line(damage) + "\n";
@@ -214,6 +275,7 @@ void add_status(const Command& root) {
   command.flag("--json", options->json, "Print JSON");
   command.flag("--replay", options->replay,
                "Recompute every decision of the closed loop from what was known then, and compare");
+  command.text("--basis", options->basis, "With --replay: where the session's basis is now");
   command.on_call(options, status);
 }
 

@@ -75,10 +75,16 @@ acquisition::SessionMetadata loop_metadata(const LoopSettings& settings) {
   return metadata;
 }
 
-std::optional<LoopSettings> stored_loop(const SessionReader& archive,
-                                        brdf::RadiometricScale scale) {
-  const std::string path = text_of(archive, kBasisKey);
-  if (path.empty()) return std::nullopt;
+std::optional<LoopSettings> stored_loop(const SessionReader& archive, brdf::RadiometricScale scale,
+                                        const std::string& basis_path) {
+  const std::string stored_path = text_of(archive, kBasisKey);
+  if (stored_path.empty()) return std::nullopt;
+  if (basis_path.empty() && !std::filesystem::exists(stored_path)) {
+    throw UsageError(
+        fmt::format("{}: its basis is no longer at {}", archive.folder().string(), stored_path),
+        "--basis FILE says where it is now");
+  }
+  const std::string& path = basis_path.empty() ? stored_path : basis_path;
   const std::string until = text_of(archive, kUntilKey);
   std::optional<double> until_db;
   if (!until.empty()) until_db = number_of(archive, kUntilKey, until, 0.0, 100.0);

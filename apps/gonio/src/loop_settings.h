@@ -31,10 +31,12 @@ LoopSettings loop_settings(const std::string& basis_path, std::optional<double> 
 /// "loop_..." of a session's metadata.
 acquisition::SessionMetadata loop_metadata(const LoopSettings& settings);
 
-/// The settings that metadata tell; nothing for a session without a loop. Throws DataFormatError
-/// for what loop_metadata() does not write, UsageError when the basis is no longer the same.
+/// The settings that metadata tell; nothing for a session without a loop. `basis_path`: where the
+/// basis is now; empty: where it was. Throws DataFormatError for what loop_metadata() does not
+/// write, UsageError when the basis is not there or no longer the same.
 std::optional<LoopSettings> stored_loop(const acquisition::SessionReader& archive,
-                                        brdf::RadiometricScale scale);
+                                        brdf::RadiometricScale scale,
+                                        const std::string& basis_path);
 
 /// One line for the preflight.
 acquisition::Check loop_check(const LoopSettings& settings);

@@ -20,7 +20,7 @@ nlohmann::ordered_json number_or_null(double value) {
 
 }  // namespace
 
-std::string session_text(const acquisition::MeasurementPlan& plan) {
+std::string session_text(const acquisition::MeasurementPlan& plan, const std::string& duration) {
   std::string text;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const auto& point = plan.points[i];
@@ -28,10 +28,10 @@ std::string session_text(const acquisition::MeasurementPlan& plan) {
                         to_text(point.direction), rig::branch_name(point.pose), point.travel_s,
                         point.predicted_s);
   }
-  text += fmt::format("travel {:.1f} s ({}), whole session about {}\n", plan.travel_s,
+  text += fmt::format("travel {:.1f} s ({}), whole session {}\n", plan.travel_s,
                       plan.exact_order ? std::string("the shortest order")
                                        : fmt::format("at best {:.1f} s", plan.lower_bound_s),
-                      duration_text(plan.duration_s));
+                      duration);
   return text;
 }
 

@@ -14,7 +14,7 @@ std::string figures_text(const DirectionFigures& figures);
 nlohmann::ordered_json figures_json(const DirectionFigures& figures);
 
 /// Poses in visiting order with their times, one line each, and the sums.
-std::string session_text(const acquisition::MeasurementPlan& plan);
+std::string session_text(const acquisition::MeasurementPlan& plan, const std::string& duration);
 nlohmann::ordered_json session_json(const acquisition::MeasurementPlan& plan);
 
 }  // namespace gonio::cli

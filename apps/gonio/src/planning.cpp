@@ -79,14 +79,4 @@ double radiance_of_exposure(const RigFile& rig, double exposure_us) {
   return white_radiance(rig) * first_exposure_us(rig) / exposure_us;
 }
 
-void predict_from_exposures(const RigFile& rig, const std::vector<double>& exposures_us,
-                            acquisition::MeasurementPlan& plan) {
-  for (std::size_t i = 0; i < plan.points.size(); ++i) {
-    acquisition::PlannedPoint& point = plan.points[i];
-    const double before = point.predicted_s;
-    point.predicted_s = point.travel_s + point_seconds(rig, exposures_us[i] * 1e-6);
-    plan.duration_s += point.predicted_s - before;
-  }
-}
-
 }  // namespace gonio::cli

@@ -34,8 +34,4 @@ double expected_exposure_us(const RigFile& rig, const basis::BasisRows& rows,
 /// BRDF times cos theta_i, in 1/sr, of what expected_exposure_us() would give this exposure.
 double radiance_of_exposure(const RigFile& rig, double exposure_us);
 
-/// Predicts each point's time from its expected exposure instead of the first one.
-void predict_from_exposures(const RigFile& rig, const std::vector<double>& exposures_us,
-                            acquisition::MeasurementPlan& plan);
-
 }  // namespace gonio::cli

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <functional>
+#include <ranges>
 
 #include "gonio/devices/device_error.h"
 #include "gonio/errors/errors.h"
@@ -45,6 +47,10 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
   });
   const std::unique_ptr<LiveSession> live = live_session(
       console, watching, session, {[&pause] { pause.request(); }, [&stop] { stop.request(); }});
+  const int done_before =
+      resumed ? static_cast<int>(std::ranges::count(resumed->state.done | std::views::values,
+                                                    acquisition::PointOutcome::Measured))
+              : 0;
   acquisition::SessionResult result;
   try {
     result = run_session(console, session, stop.token(), pause.token(), std::move(resumed),
@@ -64,8 +70,11 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
   }
   if (live) live->end(result.complete ? "finished" : why_incomplete(result, stop.token()));
   for (const std::string& warning : result.warnings) console.warn(warning);
-  console.say(fmt::format("{}: {} of {} directions in {} of session time", archive, result.measured,
-                          result.planned, duration_text(result.duration_s)));
+  console.say(fmt::format(
+      "{}: {} of {} directions{} in {} of session time", archive, result.measured, result.planned,
+      done_before > 0 ? fmt::format(", {} of them now,", result.measured - done_before)
+                      : std::string(),
+      duration_text(result.duration_s)));
   if (result.complete) return kSuccess;
   console.error(fmt::format("{}: {} after {} of {} directions", archive,
                             why_incomplete(result, stop.token()), result.measured, result.planned),

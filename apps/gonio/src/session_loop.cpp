@@ -215,11 +215,14 @@ SessionLoop::Answer SessionLoop::towards_wish(const Known& known,
   decision.kind = Decision::Kind::remark;
   decision.reason = fmt::format(
       "{:g} dB are not reached: a picture of it is expected at {:.1f} dB after {} points, the most "
-      "allowed (a margin of {:g} dB is kept); {}{}",
+      "allowed (a margin of {:g} dB is kept); {}",
       wanted_db, expected_db, measured, quality::kStopMargin_db,
-      seen->doubtful ? quality::doubt_text(seen->outlook) + "; " : "",
-      fmt::format("as many again would add about {:.1f} dB",
-                  next_.gain_db(known.kept, static_cast<int>(measured))));
+      // What the training materials gain by more points says nothing of one that is unlike them.
+      seen->doubtful
+          ? quality::doubt_text(seen->outlook) + ": what more points would add is not known"
+          : fmt::format("of the training materials as many again would better the usual one by "
+                        "{:.1f} dB",
+                        next_.gain_db(known.kept, static_cast<int>(measured))));
   return decision;
 }
 

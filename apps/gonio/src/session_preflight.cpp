@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "gonio/brdf/diffuse_models.h"
 #include "gonio/console/console.h"
 #include "gonio/opened_rig/opened_rig.h"
 #include "gonio/rig/tour_bound.h"
@@ -230,16 +231,18 @@ SessionPreflight preflight_session(const acquisition::DeviceSet& devices,
                                         left(forecast.frames_high),
                                         session.archive.empty() ? "." : session.archive);
     checks.push_back(acquisition::check_disk(*result.disk, session.archive));
-    checks.push_back(
-        {"duration", CheckResult::pass,
-         fmt::format("about {}, 90 % within {} to {}", duration_text(forecast.total_s.expected),
-                     duration_text(forecast.total_s.low), duration_text(forecast.total_s.high))});
+    checks.push_back({"duration", CheckResult::pass, "about " + to_text(forecast.total_s)});
   }
   return result;
 }
 
 SessionPreflight preflight_session(const SessionSetup& session) {
-  sim::SimOptions world = simulated_world(session.rig, session.material.model, session.seed);
+  // A plan does not know what it will lie on; only what the devices are is looked at.
+  const std::shared_ptr<const brdf::BrdfModel> sample =
+      session.material.model
+          ? session.material.model
+          : std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(kUnknownAlbedo));
+  sim::SimOptions world = simulated_world(session.rig, sample, session.seed);
   if (!session.simulated) {
     // The session is foreseen with the checks that the rig's own drives allow.
     world.axes.resize(world.rig.axes.size());
@@ -249,6 +252,11 @@ SessionPreflight preflight_session(const SessionSetup& session) {
   }
   const auto rig = open_simulated_rig(std::move(world));
   return preflight_session(rig->devices(), session);
+}
+
+std::string to_text(const acquisition::Estimate& duration) {
+  return fmt::format("{}, 90 % within {} to {}", duration_text(duration.expected),
+                     duration_text(duration.low), duration_text(duration.high));
 }
 
 void use_forecast(const acquisition::Forecast& forecast, acquisition::MeasurementPlan& plan) {

@@ -31,7 +31,10 @@ SessionPreflight preflight_session(const acquisition::DeviceSet& devices,
 /// The same on a simulated rig, even for one of metal: nothing is opened, nothing is written.
 SessionPreflight preflight_session(const SessionSetup& session);
 
-/// Puts the forecast's times into the plan, for the time left that a session shows.
+/// "3 min 20 s, 90 % within 3 min 5 s to 4 min 1 s".
+std::string to_text(const acquisition::Estimate& duration);
+
+/// Puts the forecast's times into the plan.
 void use_forecast(const acquisition::Forecast& forecast, acquisition::MeasurementPlan& plan);
 
 }  // namespace gonio::cli

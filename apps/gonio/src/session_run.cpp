@@ -8,8 +8,11 @@
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "asking_changer.h"
+#include "gonio/acquisition/archive_observer.h"
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/console/failures.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
@@ -170,6 +173,39 @@ acquisition::DeviceSet with_changer(acquisition::DeviceSet devices, const Sessio
   return devices;
 }
 
+/// Says how axes and light were found after an interruption; passes all on to the live page, if
+/// any.
+class ResumeTeller final : public acquisition::ArchiveObserver {
+ public:
+  ResumeTeller(const Console& console, acquisition::ArchiveObserver* next)
+      : console_(console), next_(next) {}
+
+  void on_frame(const acquisition::FrameRecord& record,
+                const devices::Frame& frame) noexcept override {
+    if (next_ != nullptr) next_->on_frame(record, frame);
+  }
+  void on_point(const acquisition::PointRecord& record) noexcept override {
+    if (next_ != nullptr) next_->on_point(record);
+  }
+  void on_note(const acquisition::SessionNote& note) noexcept override {
+    try {
+      if (note.kind == acquisition::kHomeDeltaNote && !std::exchange(told_homes_, true)) {
+        console_.say("axes " + note.text);
+      } else if (note.kind == acquisition::kBridgeNote) {
+        console_.say(note.text);
+      }
+    } catch (const std::exception&) {
+      // What cannot be said is in the archive.
+    }
+    if (next_ != nullptr) next_->on_note(note);
+  }
+
+ private:
+  const Console& console_;
+  acquisition::ArchiveObserver* next_;
+  bool told_homes_ = false;
+};
+
 }  // namespace
 
 acquisition::SessionMetadata alignment_metadata(const instrument::Alignment& alignment) {
@@ -218,14 +254,15 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
     const double whole = now.elapsed_s + now.remaining_s;
     const std::string words =
         now.phase == "point" ? fmt::format("point {} of {}", now.done + 1, now.total) : now.phase;
+    const double fraction = whole > 0.0 ? now.elapsed_s / whole : 0.0;
     // The time left is the session's own; one in a world at no pace passes it much faster.
     if (time_scale) {
-      progress.update(whole > 0.0 ? now.elapsed_s / whole : 0.0, words,
-                      now.remaining_s / *time_scale);
+      progress.update(fraction, words, now.remaining_s / *time_scale);
     } else {
-      progress.update(now.total > 0 ? static_cast<double>(now.done) / now.total : 0.0, words);
+      progress.update(fraction, words);
     }
-    console.detail(fmt::format("  {:8.1f} s  {}", now.elapsed_s, words));
+    console.detail(
+        fmt::format("  {:8.1f} s  {}, {:.0f} s left", now.elapsed_s, words, now.remaining_s));
     if (reserve) reserve->give_back(static_cast<std::size_t>(now.done));
   };
   acquisition::SessionWriter archive =
@@ -235,7 +272,8 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                             {kPlanText, session.plan_text},
                                             {kPosesText, poses},
                                             {kCalibrationText, calibration}});
-  archive.observe(monitor);
+  ResumeTeller teller(console, monitor);
+  archive.observe(resumed ? &teller : static_cast<acquisition::ArchiveObserver*>(monitor));
   acquisition::SessionPart part;
   if (resumed) part = acquisition::part_to_resume(resumed->state);
   const acquisition::Expectation expectation = expectation_of(session);

@@ -84,6 +84,7 @@ struct Forecast {
   std::vector<Part> parts;  ///< that add up to the expected total
   Estimate total_s;
   std::vector<ForecastPoint> points;  ///< of the plan
+  std::vector<double> dwells_s;       ///< of the itinerary's visits, beside their travel_s
   int frames = 0;
   int frames_high = 0;  ///< end of the 90 % interval
 };

@@ -27,7 +27,8 @@ struct PlannedVisit {
   rig::PoseSolution pose;
   std::vector<rig::Joints> via;  ///< stops on the way there, around keep-outs
   double travel_s = 0.0;         ///< from the visit before
-  /// What is done there, as far as the plan knows it; 0 for whatever is no point of it.
+  /// What is done there: as forecast, or else as far as the plan knows it, and then 0 for whatever
+  /// is no point of it.
   double dwell_s = 0.0;
 };
 

@@ -53,9 +53,10 @@ struct PairAgreement {
 struct Reduction {
   samples::SampleSet samples;
   std::vector<std::string> warnings;  ///< dropped sub-samples, white drift, damage found
-  double white_drift_relative = 0.0;  ///< closing over opening white, worst channel, minus 1
-  std::vector<PartBridge> bridges;    ///< of a session that was resumed
-  std::vector<PairAgreement> pairs;   ///< where both halves were measured
+  /// Closing over opening white, worst channel, minus 1; none: there is but one.
+  std::optional<double> white_drift_relative;
+  std::vector<PartBridge> bridges;   ///< of a session that was resumed
+  std::vector<PairAgreement> pairs;  ///< where both halves were measured
 };
 
 /// Pure function of archive, instrument and options. Signals are those of a straight sensor

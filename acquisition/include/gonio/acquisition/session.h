@@ -91,8 +91,8 @@ struct SessionProgress {
   std::string phase;  ///< "home", "dark", "white", "point", "check", "closing white", "park"
   int done = 0;       ///< points finished
   int total = 0;
-  double elapsed_s = 0.0;  ///< session clock
-  double remaining_s = 0.0;
+  double elapsed_s = 0.0;    ///< session clock; of this part
+  double remaining_s = 0.0;  ///< as foreseen (Forecast), points by what those measured took
 };
 
 struct SessionResult {

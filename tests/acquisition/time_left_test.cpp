@@ -1,0 +1,65 @@
+#include "time_left.h"
+
+#include <gtest/gtest.h>
+
+namespace gonio::acquisition {
+namespace {
+
+PlannedVisit visit(VisitKind kind, double travel_s, double dwell_s,
+                   std::optional<std::size_t> point = {}) {
+  return {kind, point, {}, {}, travel_s, dwell_s};
+}
+
+/// Three points of 10, 20 and 30 s, a check and a white before the last.
+class TimeLeftTest : public testing::Test {
+ protected:
+  static Itinerary itinerary() {
+    Itinerary itinerary;
+    itinerary.visits = {
+        visit(VisitKind::home, 0.0, 7.0),      visit(VisitKind::dark, 0.0, 2.0),
+        visit(VisitKind::white, 3.0, 40.0),    visit(VisitKind::point, 4.0, 6.0, 0),
+        visit(VisitKind::point, 5.0, 15.0, 1), visit(VisitKind::home, 4.0, 8.0),
+        visit(VisitKind::white, 3.0, 50.0),    visit(VisitKind::point, 2.0, 28.0, 2),
+        visit(VisitKind::home, 2.0, 5.0),      visit(VisitKind::white, 3.0, 41.0),
+        visit(VisitKind::park, 6.0, 0.0)};
+    return itinerary;
+  }
+  static MeasurementPlan plan() {
+    MeasurementPlan plan;
+    plan.points.resize(3);
+    return plan;
+  }
+
+  static constexpr double kOpening_s = 7.0 + 2.0 + 43.0;
+  static constexpr double kPoints_s = 60.0;
+  static constexpr double kBetween_s = 12.0 + 53.0;
+  static constexpr double kClosing_s = 7.0 + 44.0 + 6.0;
+
+  TimeLeft left_{itinerary(), plan()};
+};
+
+TEST_F(TimeLeftTest, AtTheBeginningIsTheWholeForecast) {
+  EXPECT_DOUBLE_EQ(left_.from("home", {0, 1, 2}), kOpening_s + kPoints_s + kBetween_s + kClosing_s);
+  EXPECT_DOUBLE_EQ(left_.from("white", {0, 1, 2}), 43.0 + kPoints_s + kBetween_s + kClosing_s);
+}
+
+TEST_F(TimeLeftTest, WhatIsDoneIsNotCounted) {
+  EXPECT_DOUBLE_EQ(left_.from("point", {0, 1, 2}), kPoints_s + kBetween_s + kClosing_s);
+  left_.took(0, 10.0);
+  EXPECT_DOUBLE_EQ(left_.from("point", {1, 2}), 50.0 + kBetween_s + kClosing_s);
+  EXPECT_DOUBLE_EQ(left_.from("white", {2}), 30.0 + kBetween_s + kClosing_s) << "in between";
+  EXPECT_DOUBLE_EQ(left_.from("closing white", {}), 44.0 + 6.0);
+  EXPECT_DOUBLE_EQ(left_.from("park", {}), 6.0);
+}
+
+TEST_F(TimeLeftTest, PointsThatTookLongerMakeTheOthersLonger) {
+  left_.took(0, 10.0 + 70.0);  // 70 s for (10 + 3 * 20) s foreseen
+  EXPECT_DOUBLE_EQ(left_.from("point", {1, 2}), 2.0 * 50.0 + kBetween_s + kClosing_s);
+}
+
+TEST_F(TimeLeftTest, APointThatWasAddedTakesWhatOthersDo) {
+  EXPECT_DOUBLE_EQ(left_.from("point", {7}), 20.0 + kClosing_s);
+}
+
+}  // namespace
+}  // namespace gonio::acquisition
