@@ -79,8 +79,11 @@ brdf::Rgb LightCurve::uneven(double time_s) const {
   for (int colour = 0; colour < 3; ++colour) {
     const double usual = slope(usual_[static_cast<std::size_t>(colour)])[colour];
     if (is_beyond(time_s)) {
-      const Reading& end = time_s < readings_.front().time_s ? readings_.front() : readings_.back();
-      variance[colour] = std::pow((time_s - end.time_s) * usual / end.level[colour], 2) / 3.0;
+      const bool before = time_s < readings_.front().time_s;
+      const Reading& end = before ? readings_.front() : readings_.back();
+      const double next = slope(before ? 0 : readings_.size() - 2)[colour];
+      const double fastest = std::max(std::abs(usual), std::abs(next));
+      variance[colour] = std::pow((time_s - end.time_s) * fastest / end.level[colour], 2) / 3.0;
       continue;
     }
     const std::size_t i = segment(time_s);

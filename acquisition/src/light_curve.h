@@ -39,7 +39,7 @@ class LightCurve {
   std::vector<double> weights(double time_s, int colour) const;
   /// Relative variance of the level at a time, beside noise: the light may have stepped anywhere in
   /// a segment that is unlike the others; beyond the readings the drift may have stopped or
-  /// doubled.
+  /// doubled, or have been that of the segment next to it.
   brdf::Rgb uneven(double time_s) const;
   bool is_beyond(double time_s) const;
   /// The segment a time within the readings lies in.

@@ -159,17 +159,24 @@ void find_stretches(const std::vector<PartSentinel>& sentinels, std::size_t part
   }
 }
 
-/// Of the stretches in which a sentinel is off the first by more than noise.
+/// Of the stretches in which a sentinel is off the first by more than noise. A part in which the
+/// drift is seen keeps to that behind its last sentinel: over an interruption it may have gone
+/// another way.
 void find_shapes(const std::vector<PartSentinel>& sentinels, double u_monitor, WhiteLevel& level) {
-  std::map<std::size_t, std::vector<LightCurve::Reading>> readings;
+  std::map<std::size_t, std::vector<LightCurve::Reading>> of_stretch;
   for (const PartSentinel& each : sentinels) {
-    readings[level.stretches[each.part]].push_back(each.reading);
+    of_stretch[level.stretches[each.part]].push_back(each.reading);
   }
-  for (const auto& [stretch, own] : readings) {
-    const bool tells = std::any_of(own.begin(), own.end(), [&](const auto& each) {
-      return is_told(own.front(), each, u_monitor);
+  for (std::size_t part = 0; part < level.stretches.size(); ++part) {
+    const auto all = of_stretch.find(level.stretches[part]);
+    if (all == of_stretch.end()) continue;
+    const bool tells = std::any_of(all->second.begin(), all->second.end(), [&](const auto& each) {
+      return is_told(all->second.front(), each, u_monitor);
     });
-    if (tells) level.shapes.emplace(stretch, LightCurve(own));
+    if (!tells) continue;
+    const std::vector<LightCurve::Reading> own = of_part(sentinels, part);
+    const bool seen = !own.empty() && LightCurve(own).shows_drift();
+    level.shapes.emplace(part, LightCurve(seen ? own : all->second));
   }
 }
 

@@ -77,14 +77,14 @@ brdf::Rgb WhiteLevel::at(double time_s, std::size_t part) const {
     const double t = (time_s - before.time_s) / (after.time_s - before.time_s);
     if (share_light(before.part, after.part)) {
       const brdf::Rgb from = before.constant / shape(before.time_s, before.part);
-      const brdf::Rgb to = after.constant / shape(after.time_s, before.part);
-      return (from + t * (to - from)) * shape(time_s, before.part);
+      const brdf::Rgb to = after.constant / shape(after.time_s, after.part);
+      return (from + t * (to - from)) * shape(time_s, part);
     }
     const auto bridge = std::find_if(bridges.begin(), bridges.end(), [&](const PartBridge& each) {
       return each.part == after.part;
     });
     const bool apart = bridge->is_applied() || bridge->is_refused();
-    if (apart || shapes.contains(stretches[part])) {
+    if (apart || shapes.contains(part)) {
       return carried(share_light(part, after.part) ? after : before, time_s, part);
     }
     return before.constant + t * (after.constant - before.constant);
@@ -94,11 +94,11 @@ brdf::Rgb WhiteLevel::at(double time_s, std::size_t part) const {
 
 brdf::Rgb WhiteLevel::carried(const Visit& visit, double time_s, std::size_t part) const {
   if (!share_light(visit.part, part)) return visit.constant;
-  return visit.constant * shape(time_s, part) / shape(visit.time_s, part);
+  return visit.constant * shape(time_s, part) / shape(visit.time_s, visit.part);
 }
 
 brdf::Rgb WhiteLevel::shape(double time_s, std::size_t part) const {
-  const auto found = shapes.find(stretches[part]);
+  const auto found = shapes.find(part);
   return found == shapes.end() ? brdf::Rgb::Ones() : found->second.level(time_s);
 }
 

@@ -26,7 +26,8 @@ struct WhiteLevel {
   /// By part. Those of one light, which sentinels show to be the same or how it changed, share one
   /// stretch.
   std::vector<std::size_t> stretches;
-  std::map<std::size_t, LightCurve> shapes;  ///< of stretches whose sentinels tell more than noise
+  /// By part, of stretches whose sentinels tell more than noise. All of a stretch are in one unit.
+  std::map<std::size_t, LightCurve> shapes;
 
   /// C over monitor at a time in a part: linear between visits, held outside; where sentinels tell
   /// a change it follows them, so that a step lies where it was. Over an interruption it is linear
@@ -46,7 +47,7 @@ struct WhiteLevel {
   bool has_white(std::size_t part) const;
 
  private:
-  /// Of the light by the sentinels of a part's stretch; 1 where they tell nothing.
+  /// Of the light by sentinels; 1 where they tell nothing.
   brdf::Rgb shape(double time_s, std::size_t part) const;
   bool share_light(std::size_t part, std::size_t other) const {
     return stretches[part] == stretches[other];

@@ -41,6 +41,14 @@ TEST(LightCurve, KnowsAnEvenDriftBetweenItsReadingsAndNotBeyond) {
   EXPECT_NEAR(std::sqrt(even.at(40.0).variance[0]), 0.02 / 1.06 / std::sqrt(3.0), 0.002);
 }
 
+TEST(LightCurve, MayHaveGoneBeyondAsNextToIt) {
+  const LightCurve slower(
+      {reading(0.0, 1.0), reading(10.0, 1.04), reading(20.0, 1.04), reading(30.0, 1.04)});
+  EXPECT_NEAR(slower.level(-10.0)[0], 1.0, 1e-12) << "as most of the time";
+  EXPECT_NEAR(std::sqrt(slower.at(-10.0).variance[0]), 0.04 / std::sqrt(3.0), 0.001);
+  EXPECT_LT(std::sqrt(slower.at(40.0).variance[0]), 3.0 * kU) << "noise alone";
+}
+
 TEST(LightCurve, DoesNotKnowWhereInASegmentAStepWas) {
   const LightCurve stepped(
       {reading(0.0, 1.0), reading(10.0, 1.0), reading(20.0, 1.04), reading(30.0, 1.04)});

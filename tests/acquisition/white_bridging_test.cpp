@@ -93,7 +93,7 @@ TEST_F(WhiteBridging, SentinelsAreFollowedBehindTheLastWhiteThoughNothingIsBridg
   ASSERT_EQ(level_.bridges.size(), 1U);
   ASSERT_FALSE(level_.bridges[0].is_applied());
   ASSERT_FALSE(level_.bridges[0].is_refused());
-  for (const double minutes : {0.0, 15.0, 40.0}) {
+  for (const double minutes : {0.0, 15.0, 40.0, 50.0}) {  // the last behind all its sentinels
     EXPECT_NEAR(at(minutes * kMinute, 0), 1.0 + 0.001 * minutes, 1e-9) << minutes << " min";
   }
   EXPECT_NEAR(at(75 * kMinute, 1), 1.0, 1e-9);
