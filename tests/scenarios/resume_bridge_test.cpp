@@ -218,36 +218,6 @@ TEST_F(SentinelBridge, LevelsOnBothSidesAreTheFactorApart) {
               100.0 * noisy.bridges[0].change_relative, 100.0 * good.bridges[0].change_relative);
 }
 
-TEST_F(SentinelBridge, ThreePartsWithNoisyWhitesAreFourPercentApartEach) {
-  in_parts({4, 4, 4}, [&](std::size_t) { world_.camera.responsivity_e_per_s *= 1.04; });
-  const Reduction good = reduced(session_);
-  // Of a few pixels of the white alone, which then is noisier than the sentinel.
-  reduction_.white_half_width_mm = reduction_.edge_margin_mm + 2.0;
-  const Reduction noisy = reduced(session_);
-  ASSERT_EQ(noisy.bridges.size(), 2U);
-  for (const acquisition::PartBridge& bridge : noisy.bridges) {
-    ASSERT_TRUE(bridge.is_applied());
-    EXPECT_NEAR(bridge.change_relative, 0.04, 2.0 * bridge.u_relative);
-  }
-  // How far the parts are off one another, by one and the same noise-free sample.
-  const auto level = [&](int point) -> brdf::Rgb {
-    brdf::Rgb sum = brdf::Rgb::Zero();
-    brdf::Rgb good_sum = brdf::Rgb::Zero();
-    for (std::size_t i = 0; i < good.samples.samples.size(); ++i) {
-      if (good.samples.samples[i].pose != point) continue;
-      sum += noisy.samples.samples.at(i).value_per_sr;
-      good_sum += good.samples.samples[i].value_per_sr;
-    }
-    return sum / good_sum;
-  };
-  const double worst = std::max((level(5) / level(1) - 1.0).abs().maxCoeff(),
-                                (level(9) / level(1) - 1.0).abs().maxCoeff());
-  std::printf("three parts, 4 %% each: bridged by %.3f %% and %.3f %%, parts off by %.3f %%\n",
-              100.0 * noisy.bridges[0].change_relative, 100.0 * noisy.bridges[1].change_relative,
-              100.0 * worst);
-  EXPECT_LT(worst, 0.002);
-}
-
 TEST_F(SentinelBridge, ALampThatDriftsUpAndIsBackAfterTheInterruptionIsFollowed) {
   const acquisition::SessionReader whole(folder_ / "whole");
   const auto end = whole.points().back().finished_at;
