@@ -36,8 +36,11 @@ PartBridge bridge_parts(const LevelChange& white, const std::optional<LevelChang
   brdf::Rgb own_variance = white.variance;
   if (sentinel) {
     const brdf::Rgb sum = white.variance + sentinel->variance;
-    bridge.relative =
-        (white.relative * sentinel->variance + sentinel->relative * white.variance) / sum;
+    // Of factors: their logarithms, so that a chain of bridges is the product of each.
+    const brdf::Rgb log_factor = ((1.0 + white.relative).log() * sentinel->variance +
+                                  (1.0 + sentinel->relative).log() * white.variance) /
+                                 sum;
+    bridge.relative = log_factor.exp() - 1.0;
     own_variance = white.variance * sentinel->variance / sum;
     bridge.by_sentinel = true;
     const brdf::Rgb apart = white.relative - sentinel->relative;

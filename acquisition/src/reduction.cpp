@@ -1,6 +1,7 @@
 #include "gonio/acquisition/reduction.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -247,6 +248,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
     reduction.warnings.push_back(fmt::format("point {}: suspect: {}", point, why));
   }
   const double u_drift = white.u_unseen();
+  std::vector<int> without_level;
 
   for (const auto& [index, frames] :
        frames_of_measured_points(archive, parts, reduction.warnings)) {
@@ -269,6 +271,8 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           fmt::format("point {}: the lamp monitor read nothing, left out", index));
       continue;
     }
+    const bool unbridged = white.is_unbridged(frames.part);
+    if (unbridged && !white.has_white(frames.part)) without_level.push_back(index);
     const rig::RigPose pose =
         rig::forward(instrument.rig, frames.lit.begin()->second.front()->joints);
     int dropped = 0;
@@ -325,7 +329,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
       }
       set_direction(spot, sample);
       if (suspects.contains(index)) add_flag(sample, "suspect");
-      if (white.is_unbridged(frames.part)) add_flag(sample, "unbridged");
+      if (unbridged) add_flag(sample, "unbridged");
       sample.u_tilt = instrument::half_vector_sigma(instrument, sample.direction.theta_d);
       reduction.samples.samples.push_back(std::move(sample));
     }
@@ -334,6 +338,12 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
           fmt::format("point {}: {} of {} sub-samples saturated or out of view, left out", index,
                       dropped, options.grid * options.grid));
     }
+  }
+  if (!without_level.empty()) {
+    reduction.warnings.push_back(fmt::format(
+        "unbridged: points {} were measured between interruptions without a usable white, and no "
+        "sentinel says how bright the light was; they are taken with the white nearest before",
+        fmt::join(without_level, " ")));
   }
   reduction.pairs =
       pair_agreements(archive, reduction.samples, options.grid, instrument.u_lamp_relative);

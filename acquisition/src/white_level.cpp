@@ -5,12 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
 #include "gonio/acquisition/trust_notes.h"
-#include "gonio/devices/clock.h"
 #include "gonio/errors/errors.h"
 #include "gonio/instrument/measurement_equation.h"
+#include "white_bridging.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -56,110 +55,6 @@ std::vector<Visit> visits_of(const SessionReader& archive, const SessionParts& p
   return visits;
 }
 
-/// Colours of a reading; none: a channel is missing.
-std::optional<LevelChange> change_between(const SentinelReading& before,
-                                          const SentinelReading& after,
-                                          const ColourLayout& colours) {
-  LevelChange change;
-  for (int colour = 0; colour < 3; ++colour) {
-    const std::string& channel = colours.channels().at(colours.channel_of(colour));
-    const auto from = before.find(channel);
-    const auto to = after.find(channel);
-    if (from == before.end() || to == after.end()) return std::nullopt;
-    const SentinelChange own = sentinel_change(from->second, to->second, 0.0);
-    change.relative[colour] = own.relative;
-    change.variance[colour] = own.u * own.u;
-  }
-  return change;
-}
-
-/// The sentinel next to a white in its part: both then say how bright the light was at one time.
-const SentinelVisit* sentinel_beside(const std::vector<SentinelVisit>& sentinels,
-                                     const SessionParts& parts, const WhiteLevel::Visit& white) {
-  const SentinelVisit* nearest = nullptr;
-  const auto apart_s = [&](const SentinelVisit& visit) {
-    return std::abs(devices::to_seconds(visit.at) - white.time_s);
-  };
-  for (const SentinelVisit& visit : sentinels) {
-    if (parts.at(visit.at) != white.part) continue;
-    if (nearest == nullptr || apart_s(visit) < apart_s(*nearest)) nearest = &visit;
-  }
-  return nearest;
-}
-
-/// Sets two whites the bridge's factor apart: each gives way as far as its noise lets it.
-void put_apart(const PartBridge& bridge, WhiteLevel::Visit& before, WhiteLevel::Visit& after) {
-  for (int colour = 0; colour < 3; ++colour) {
-    const double own = before.relative_sigma[colour] * before.relative_sigma[colour];
-    const double other = after.relative_sigma[colour] * after.relative_sigma[colour];
-    if (!(own + other > 0.0)) continue;
-    const double wanted = 1.0 + bridge.relative[colour];
-    const double too_far =
-        std::log(after.constant[colour] / before.constant[colour] / wanted) / (own + other);
-    before.constant[colour] *= std::exp(too_far * own);
-    after.constant[colour] *= std::exp(-too_far * other);
-  }
-}
-
-/// From the last white of each part to the first of the next that has one. Whites are left as they
-/// are unless a bridge is applied: a session that was interrupted and nothing else is the
-/// uninterrupted one.
-std::vector<PartBridge> bridge_whites(const std::vector<SentinelVisit>& sentinels,
-                                      const ColourLayout& colours, const SessionParts& parts,
-                                      double u_monitor, std::vector<WhiteLevel::Visit>& visits) {
-  std::vector<PartBridge> bridges;
-  for (std::size_t i = 1; i < visits.size(); ++i) {
-    WhiteLevel::Visit& before = visits[i - 1];
-    WhiteLevel::Visit& after = visits[i];
-    if (before.part == after.part) continue;
-    const LevelChange white{after.constant / before.constant - 1.0,
-                            before.relative_sigma.square() + after.relative_sigma.square()};
-    const SentinelVisit* from = sentinel_beside(sentinels, parts, before);
-    const SentinelVisit* to = sentinel_beside(sentinels, parts, after);
-    std::optional<LevelChange> sentinel;
-    if (from != nullptr && to != nullptr) {
-      sentinel = change_between(from->reading, to->reading, colours);
-    }
-    PartBridge bridge = bridge_parts(white, sentinel, u_monitor);
-    bridge.part = after.part;
-    bridge.at_s = after.time_s;
-    if (bridge.is_applied()) put_apart(bridge, before, after);
-    bridges.push_back(bridge);
-  }
-  return bridges;
-}
-
-/// Of the parts in which the sentinel changed by more than twice what it is uncertain by.
-std::vector<WhiteLevel::Sentinel> telling_sentinels(const std::vector<SentinelVisit>& visits,
-                                                    const ColourLayout& colours,
-                                                    const SessionParts& parts, double u_monitor) {
-  std::map<std::size_t, const SentinelVisit*> firsts;
-  std::set<std::size_t> telling;
-  std::vector<WhiteLevel::Sentinel> sentinels;
-  for (const SentinelVisit& visit : visits) {
-    const std::size_t part = parts.at(visit.at);
-    const SentinelVisit& first = *firsts.try_emplace(part, &visit).first->second;
-    WhiteLevel::Sentinel found{part, devices::to_seconds(visit.at), brdf::Rgb::Ones()};
-    bool whole = true;
-    for (int colour = 0; colour < 3; ++colour) {
-      const std::string& channel = colours.channels().at(colours.channel_of(colour));
-      const auto before = first.reading.find(channel);
-      const auto now = visit.reading.find(channel);
-      if (before == first.reading.end() || now == visit.reading.end()) {
-        whole = false;
-        continue;
-      }
-      const SentinelChange change = sentinel_change(before->second, now->second, u_monitor);
-      found.relative[colour] = 1.0 + change.relative;
-      if (std::abs(change.relative) > 2.0 * change.u) telling.insert(part);
-    }
-    const bool later = sentinels.empty() || sentinels.back().time_s < found.time_s;
-    if (whole && later) sentinels.push_back(found);
-  }
-  std::erase_if(sentinels, [&](const auto& each) { return !telling.contains(each.part); });
-  return sentinels;
-}
-
 /// Of its own noise that a white must have at least; a usual one has thousands.
 constexpr double kWhiteSigmas = 20.0;
 
@@ -174,60 +69,37 @@ struct Sums {
 }  // namespace
 
 brdf::Rgb WhiteLevel::at(double time_s, std::size_t part) const {
-  if (time_s <= visits.front().time_s) return visits.front().constant;
+  if (time_s <= visits.front().time_s) return carried(visits.front(), time_s, part);
   for (std::size_t i = 1; i < visits.size(); ++i) {
     const Visit& before = visits[i - 1];
     const Visit& after = visits[i];
     if (time_s > after.time_s) continue;
-    const auto bridge = std::find_if(bridges.begin(), bridges.end(), [&](const PartBridge& each) {
-      return each.part == after.part && before.part != after.part;
-    });
-    if (bridge != bridges.end() && (bridge->is_applied() || bridge->is_refused())) {
-      return carried(part < after.part ? before : after, time_s, part);
-    }
     const double t = (time_s - before.time_s) / (after.time_s - before.time_s);
-    if (before.part != after.part) {
-      return before.constant + t * (after.constant - before.constant);
+    if (share_light(before.part, after.part)) {
+      const brdf::Rgb from = before.constant / shape(before.time_s, before.part);
+      const brdf::Rgb to = after.constant / shape(after.time_s, after.part);
+      return (from + t * (to - from)) * shape(time_s, part);
     }
-    const brdf::Rgb from = before.constant / shape(before.time_s, part);
-    const brdf::Rgb to = after.constant / shape(after.time_s, part);
-    return (from + t * (to - from)) * shape(time_s, part);
+    const auto bridge = std::find_if(bridges.begin(), bridges.end(), [&](const PartBridge& each) {
+      return each.part == after.part;
+    });
+    const bool apart = bridge->is_applied() || bridge->is_refused();
+    if (apart || shapes.contains(part)) {
+      return carried(share_light(part, after.part) ? after : before, time_s, part);
+    }
+    return before.constant + t * (after.constant - before.constant);
   }
   return carried(visits.back(), time_s, part);
 }
 
 brdf::Rgb WhiteLevel::carried(const Visit& visit, double time_s, std::size_t part) const {
-  if (visit.part != part) return visit.constant;
-  return visit.constant * shape(time_s, part) / shape(visit.time_s, part);
+  if (!share_light(visit.part, part)) return visit.constant;
+  return visit.constant * shape(time_s, part) / shape(visit.time_s, visit.part);
 }
 
 brdf::Rgb WhiteLevel::shape(double time_s, std::size_t part) const {
-  std::vector<const Sentinel*> own;
-  for (const Sentinel& each : sentinels) {
-    if (each.part == part) own.push_back(&each);
-  }
-  if (own.size() < 2) return brdf::Rgb::Ones();         // one has nothing to be compared with
-  const auto slope = [&](std::size_t i) -> brdf::Rgb {  // from i to i + 1
-    return (own[i + 1]->relative - own[i]->relative) / (own[i + 1]->time_s - own[i]->time_s);
-  };
-  if (time_s >= own.front()->time_s && time_s <= own.back()->time_s) {
-    std::size_t i = 0;
-    while (i + 2 < own.size() && own[i + 1]->time_s < time_s) ++i;
-    return own[i]->relative + (time_s - own[i]->time_s) * slope(i);
-  }
-  // Beyond them as it went most of the time: a step was once, a drift goes on.
-  brdf::Rgb usual;
-  for (int colour = 0; colour < 3; ++colour) {
-    std::vector<double> slopes;
-    for (std::size_t i = 0; i + 1 < own.size(); ++i) slopes.push_back(slope(i)[colour]);
-    const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
-    std::nth_element(slopes.begin(), middle, slopes.end());
-    usual[colour] = *middle;
-  }
-  const Sentinel& end = time_s < own.front()->time_s ? *own.front() : *own.back();
-  // What comes of an archive that somebody made up is still a number.
-  constexpr double kLeast = 0.1;
-  return (end.relative + (time_s - end.time_s) * usual).max(kLeast * end.relative);
+  const auto found = shapes.find(part);
+  return found == shapes.end() ? brdf::Rgb::Ones() : found->second.level(time_s);
 }
 
 double WhiteLevel::drift() const {
@@ -249,10 +121,24 @@ double WhiteLevel::u_unseen() const {
   return std::hypot(change / std::sqrt(12.0), disagreement / std::sqrt(3.0));
 }
 
+bool WhiteLevel::has_white(std::size_t part) const {
+  return std::any_of(visits.begin(), visits.end(),
+                     [part](const Visit& visit) { return visit.part == part; });
+}
+
 bool WhiteLevel::is_unbridged(std::size_t part) const {
-  return std::any_of(bridges.begin(), bridges.end(), [part](const PartBridge& bridge) {
+  const bool behind = std::any_of(bridges.begin(), bridges.end(), [part](const PartBridge& bridge) {
     return bridge.is_refused() && bridge.part <= part;
   });
+  if (behind) return true;
+  const bool attached = std::any_of(visits.begin(), visits.end(), [&](const Visit& visit) {
+    return share_light(visit.part, part);
+  });
+  const bool amid_one_light =
+      std::any_of(bridges.begin(), bridges.end(), [part](const PartBridge& bridge) {
+        return bridge.spans(part) && !bridge.is_applied() && !bridge.is_refused();
+      });
+  return !attached && !amid_one_light;
 }
 
 WhiteLevel white_level(const SessionReader& archive, const instrument::Instrument& instrument,
@@ -335,10 +221,8 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
     throw DataFormatError(archive.folder(), "white frames",
                           "found none that can be used, expected at least one visit to the white");
   }
-  const std::vector<SentinelVisit> sentinels = sentinel_visits(archive);
-  const double u_monitor = instrument.u_lamp_relative;
-  level.bridges = bridge_whites(sentinels, colours, parts, u_monitor, level.visits);
-  level.sentinels = telling_sentinels(sentinels, colours, parts, u_monitor);
+  bridge_whites(part_sentinels(sentinel_visits(archive), colours, parts), parts.count(),
+                instrument.u_lamp_relative, level);
   return level;
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "gonio/acquisition/reduction.h"
+#include "light_curve.h"
 #include "merged_frames.h"
 
 namespace gonio::acquisition {
@@ -17,22 +20,19 @@ struct WhiteLevel {
     brdf::Rgb constant;  ///< per unit of lamp monitor
     brdf::Rgb relative_sigma;
   };
-  /// How bright the light was at a sentinel, against the first of its part; colours as Visit.
-  struct Sentinel {
-    std::size_t part = 0;
-    double time_s = 0.0;
-    brdf::Rgb relative;
-  };
-  std::vector<Visit> visits;  ///< in time
-  /// Those of the parts in which they tell a change from noise; of other parts none.
-  std::vector<Sentinel> sentinels;
+  std::vector<Visit> visits;          ///< in time
   std::vector<std::string> warnings;  ///< visits that cannot be used
-  std::vector<PartBridge> bridges;    ///< from each part to the next
+  std::vector<PartBridge> bridges;    ///< from each part with a white to the next such
+  /// By part. Those of one light, which sentinels show to be the same or how it changed, share one
+  /// stretch.
+  std::vector<std::size_t> stretches;
+  /// By part, of stretches whose sentinels tell more than noise. All of a stretch are in one unit.
+  std::map<std::size_t, LightCurve> shapes;
 
-  /// C over monitor at a time in a part: linear between visits, held outside; in a part with
-  /// sentinels it follows them between its visits, so that a step lies where it was. Across an
-  /// interruption it is linear only when the levels before and after agree: else it changed at an
-  /// unknown time, or nobody knows by how much, and each part has its own.
+  /// C over monitor at a time in a part: linear between visits, held outside; where sentinels tell
+  /// a change it follows them, so that a step lies where it was. Over an interruption it is linear
+  /// only when the levels before and after agree: else the light changed at an unknown time, or
+  /// nobody knows by how much, and each part has its own.
   brdf::Rgb at(double time_s, std::size_t part) const;
   /// Last over first visit, minus 1, where it is largest.
   double drift() const;
@@ -40,14 +40,19 @@ struct WhiteLevel {
   /// time, drift() or one while the session was interrupted (/ sqrt(12)), and what whites and
   /// sentinels are apart over an interruption that is not bridged: either may be right (/ sqrt(3)).
   double u_unseen() const;
-  /// Whether nobody knows how the levels of a part compare with those of the first.
+  /// Whether nobody knows how the levels of a part compare with those of the first. A part without
+  /// a white counts as known when its sentinels attach it to another, or when the light before and
+  /// behind is the same.
   bool is_unbridged(std::size_t part) const;
+  bool has_white(std::size_t part) const;
 
  private:
-  /// Of the light by the sentinels of a part: linear between them, outside with their median slope,
-  /// so that what lies between the whites and them drifts as the rest did. 1 without two.
+  /// Of the light by sentinels; 1 where they tell nothing.
   brdf::Rgb shape(double time_s, std::size_t part) const;
-  /// C at a time that has no other visit beyond it in its part.
+  bool share_light(std::size_t part, std::size_t other) const {
+    return stretches[part] == stretches[other];
+  }
+  /// C at a time that has no other visit beyond it in its stretch.
   brdf::Rgb carried(const Visit& visit, double time_s, std::size_t part) const;
 };
 

@@ -5,6 +5,7 @@
 
 #include "gonio/acquisition/trust_notes.h"
 #include "gonio/brdf/diffuse_models.h"
+#include "gonio/devices/clock.h"
 #include "steady_session.h"
 
 namespace gonio {
@@ -33,6 +34,29 @@ class ResumeBridge : public SteadySession {
   /// The monitor does not see it.
   Reduction resumed_under(double brighter) {
     return resumed_after([&] { world_.camera.responsivity_e_per_s *= 1.0 + brighter; });
+  }
+
+  /// A session of parts that are paused after so many points each; `before` is told of each but the
+  /// first that it begins.
+  void in_parts(const std::vector<int>& points, const std::function<void(std::size_t)>& before) {
+    int done = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      done += points[i];
+      std::stop_source pause;
+      const auto until_done = [&](const acquisition::SessionProgress& now) {
+        if (now.done == done - 1) pause.request_stop();
+      };
+      if (i > 0) {
+        before(i);
+        resume(session_, until_done, pause.get_token());
+        continue;
+      }
+      sim::SimGoniometer world(world_);
+      acquisition::SessionWriter archive(session_, {}, {});
+      acquisition::SessionPart part;
+      part.pause = pause.get_token();
+      run(world, archive, until_done, part);
+    }
   }
 
   std::vector<std::string> notes(const std::string& kind) const {
@@ -176,25 +200,7 @@ TEST_F(SentinelBridge, ASampleThatChangedIsNoBridgeEither) {
 
 TEST_F(SentinelBridge, LevelsOnBothSidesAreTheFactorApart) {
   // Each part with one white, so that nothing is interpolated.
-  std::stop_source pause;
-  const auto after_six = [&](const acquisition::SessionProgress& now) {
-    if (now.done == 5) pause.request_stop();
-  };
-  {
-    sim::SimGoniometer world(world_);
-    acquisition::SessionWriter archive(session_, {}, {});
-    acquisition::SessionPart part;
-    part.pause = pause.get_token();
-    run(world, archive, after_six, part);
-  }
-  pause = std::stop_source();
-  world_.camera.responsivity_e_per_s *= 1.03;
-  resume(
-      session_,
-      [&](const acquisition::SessionProgress& now) {
-        if (now.done == 9) pause.request_stop();
-      },
-      pause.get_token());
+  in_parts({6, 4}, [&](std::size_t) { world_.camera.responsivity_e_per_s *= 1.03; });
   const Reduction good = reduced(session_);
   // Of a few pixels of the white alone, which then is noisier than the sentinel.
   reduction_.white_half_width_mm = reduction_.edge_margin_mm + 2.0;
@@ -210,6 +216,60 @@ TEST_F(SentinelBridge, LevelsOnBothSidesAreTheFactorApart) {
   EXPECT_LT((found - wanted).abs().maxCoeff(), 1e-9) << found << "\n" << wanted;
   std::printf("noisy whites: factor %.3f %%, good ones %.3f %%\n",
               100.0 * noisy.bridges[0].change_relative, 100.0 * good.bridges[0].change_relative);
+}
+
+TEST_F(SentinelBridge, ALampThatDriftsUpAndIsBackAfterTheInterruptionIsFollowed) {
+  const acquisition::SessionReader whole(folder_ / "whole");
+  const auto end = whole.points().back().finished_at;
+  std::chrono::nanoseconds white{0};
+  for (const acquisition::FrameRecord& frame : whole.frames()) {
+    if (frame.kind == acquisition::FrameKind::white && frame.exposure_start < end / 2) {
+      white = frame.exposure_start;
+    }
+  }
+  // The monitor sees none of it, and it goes on until the session is paused. Then the lamp is as it
+  // was at the opening white, so that whites alone would tell nothing.
+  constexpr double kUp = 0.05;
+  world_.lamp.events = {{std::chrono::seconds(0), end, 1.0 + kUp, false}};
+  options_.sentinel_every = 2;
+  const Reduction resumed = resumed_after([&] {
+    world_.lamp.events.clear();
+    world_.camera.responsivity_e_per_s *=
+        1.0 + kUp * devices::to_seconds(white) / devices::to_seconds(end);
+  });
+  ASSERT_EQ(resumed.bridges.size(), 1U);
+  EXPECT_FALSE(resumed.bridges[0].is_refused()) << to_text(resumed.bridges[0]);
+  EXPECT_FALSE(resumed.bridges[0].is_applied()) << to_text(resumed.bridges[0]);
+  const double worst = worst_deviation(resumed, folder_ / "whole");
+  std::printf("up 5 %% and back over an interruption: worst deviation %.3f %%\n", 100.0 * worst);
+  EXPECT_LT(worst, 0.004);
+}
+
+TEST_F(ResumeBridge, APartWhoseWhiteCannotBeUsedIsUnbridgedUnlessTheLightIsTheSame) {
+  const auto tile = world_.scene.white_tile;
+  for (const double brighter : {0.05, 0.0}) {
+    SCOPED_TRACE(brighter);
+    session_ = folder_ / (brighter > 0.0 ? "brighter" : "same");
+    in_parts({4, 4, 4}, [&](std::size_t part) {
+      world_.scene.white_tile =
+          part == 1 ? std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(1e-7)) : tile;
+      if (part == 2) world_.camera.responsivity_e_per_s *= 1.0 + brighter;
+    });
+    const Reduction found = reduced(session_);
+    EXPECT_THAT(found.warnings, Contains(HasSubstr("dark or saturated")));
+    ASSERT_EQ(found.bridges.size(), 1U);
+    EXPECT_EQ(found.bridges[0].is_applied(), brighter > 0.0);
+    for (const samples::Sample& sample : found.samples.samples) {
+      EXPECT_EQ(sample.flags.find("unbridged") != std::string::npos,
+                brighter > 0.0 && sample.pose >= 4 && sample.pose < 8)
+          << "pose " << sample.pose << ": " << sample.flags;
+    }
+    if (brighter > 0.0) {
+      EXPECT_THAT(found.warnings, Contains(HasSubstr("unbridged: points 4 5 6 7")));
+    } else {
+      EXPECT_THAT(found.warnings, Not(Contains(HasSubstr("unbridged"))));
+    }
+  }
 }
 
 TEST_F(SentinelBridge, WhereNothingChangedNothingIsMoved) {

@@ -16,10 +16,11 @@ struct LevelChange {
   brdf::Rgb variance;
 };
 
-/// How the light of a part of a session compares with that of the part before: by the whites on
-/// both sides, and by the sentinels where both parts have some.
+/// How the light of a part of a session compares with that of the last one before that has a white:
+/// by the whites on both sides, and by the sentinels where both parts have some.
 struct PartBridge {
-  std::size_t part = 0;                    ///< that it leads to, from 1 on
+  std::size_t from = 0;                    ///< the part it leads from
+  std::size_t part = 0;                    ///< that it leads to; those between have no white
   double at_s = 0.0;                       ///< the white after it, session clock
   brdf::Rgb relative = brdf::Rgb::Zero();  ///< by all of them, after over before, minus 1
   // Both in the colour that says most:
@@ -30,6 +31,8 @@ struct PartBridge {
   double disagreement_relative = 0.0;
   double u_disagreement_relative = 0.0;  ///< k = 1; 0 without sentinels
 
+  /// Whether a part lies between both.
+  bool spans(std::size_t between) const { return from < between && between < part; }
   /// Whites and sentinels contradict each other: white or sample changed, not the light alone.
   bool is_refused() const;
   /// Whether it tells a change of the light from noise. Then each part has its own level, and the
