@@ -64,6 +64,7 @@ class Session {
 
   SessionResult run() {
     started_ = devices_.now();
+    axes_unchecked_ = {part_.unchecked.begin(), part_.unchecked.end()};
     try {
       measure();
     } catch (const devices::DeviceError& error) {
@@ -83,9 +84,12 @@ class Session {
  private:
   void measure() {
     report("home");
-    despite_losses("home", [this] { devices_.home_all(); });
-    checks_.compare_with_last_part(
-        [this](const std::string& why) { distrust(part_.unchecked, why); });
+    const auto home = [this] { despite_losses("home", [this] { devices_.home_all(); }); };
+    judged(home, [this] {
+      const bool compared =
+          checks_.compare_with_last_part([this](const std::string& why) { distrust_axes(why); });
+      if (compared) axes_unchecked_.clear();
+    });
     report("dark");
     despite_losses("dark", [this] { take_darks(context_); });
     report("white");
@@ -134,7 +138,10 @@ class Session {
         report("check");
         despite_losses("check", [this] {
           begin_subject(context_, kSentinelSubject);
-          checks_.check([this](const std::string& why) { distrust_since_check(why); });
+          const bool axes_compared =
+              checks_.check([this](const std::string& why) { distrust_axes(why); },
+                            [this](const std::string& why) { distrust_since_check(why); });
+          if (axes_compared) axes_unchecked_.clear();
         });
         since_check_.clear();
         continue;
@@ -201,24 +208,45 @@ class Session {
 
   void come_back(const char* phase, const devices::DeviceError& error) {
     const rig::Joints believed = devices_.last_reading();
-    devices_.come_back();
-    archive_.note(devices_.now(), kCameBackNote, fmt::format("{}: {}", phase, error.what()));
-    checks_.compare_after_loss(believed,
-                               [this](const std::string& why) { distrust_since_check(why); });
+    const auto home = [&] {
+      devices_.come_back();
+      archive_.note(devices_.now(), kCameBackNote, fmt::format("{}: {}", phase, error.what()));
+    };
+    judged(home, [&] {
+      checks_.compare_after_loss(believed, [this](const std::string& why) { distrust_axes(why); });
+    });
+  }
+
+  /// Also where it fails: the next part finds some axes homed, and no longer what that has found.
+  static void judged(const std::function<void()>& homing, const std::function<void()>& judge) {
+    try {
+      homing();
+    } catch (const devices::DeviceError&) {
+      judge();
+      throw;
+    }
+    judge();
+  }
+
+  /// Those whose axes nobody has found in order since.
+  void distrust_axes(const std::string& why) {
+    since_check_.clear();
+    distrust(std::exchange(axes_unchecked_, {}), why);
   }
 
   void distrust_since_check(const std::string& why) {
+    for (const int point : since_check_) axes_unchecked_.erase(point);
     distrust(std::exchange(since_check_, {}), why);
   }
 
   /// Points that are not to be taken as good. They are measured again, but not for ever: one that
   /// was measured again already stays, and is marked in what becomes of it.
-  void distrust(const std::vector<int>& points, const std::string& why) {
+  void distrust(const std::set<int>& points, const std::string& why) {
     if (points.empty()) {
       warn(why);
       return;
     }
-    archive_.note(devices_.now(), kSuspectNote, suspect_text(points, why));
+    archive_.note(devices_.now(), kSuspectNote, suspect_text({points.begin(), points.end()}, why));
     result_.warnings.push_back(fmt::format("{} point(s) suspect: {}", points.size(), why));
     for (const int point : points) points_.take_again_once(point);
   }
@@ -294,7 +322,8 @@ class Session {
       if (!unsteady.empty()) distrust({index}, unsteady);
     });
     failures_in_a_row_ = 0;
-    since_check_.push_back(index);
+    since_check_.insert(index);
+    axes_unchecked_.insert(index);
   }
 
   void acknowledge(PointRecord& point) {
@@ -335,8 +364,10 @@ class Session {
   std::optional<ExposurePrediction> exposures_;
   PointSchedule points_;
   CaptureContext context_;
-  int failures_in_a_row_ = 0;     ///< of points
-  std::vector<int> since_check_;  ///< points taken since the last check
+  int failures_in_a_row_ = 0;  ///< of points
+  std::set<int> since_check_;  ///< points taken since the last check
+  /// Those since every axis that tells was found in order, also in the part before.
+  std::set<int> axes_unchecked_;
   bool taken_since_white_ = false;
   SessionResult result_;
 };

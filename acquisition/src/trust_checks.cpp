@@ -10,6 +10,7 @@
 #include "gonio/acquisition/reduction.h"
 #include "gonio/devices/homing_report.h"
 #include "gonio/errors/errors.h"
+#include "home_deltas.h"
 #include "session_checks.h"
 #include "session_parts.h"
 #include "standing_capture.h"
@@ -51,13 +52,16 @@ bool TrustChecks::due(std::size_t points_since) const {
          devices_.now() - last_check_ >= options_.sentinel_interval;
 }
 
-void TrustChecks::compare_with_last_part(const Distrust& distrust) {
+bool TrustChecks::compare_with_last_part(const Distrust& distrust) {
   last_check_ = devices_.now();
-  if (part_.last_joints.size() == devices_.devices().stages.size()) {
-    note_deltas(part_.last_joints, true, distrust);
-  } else if (const std::string text = axes_that_cannot_tell(); !text.empty()) {
-    archive_.note(devices_.now(), kHomeDeltaNote, text);
+  compared_with_last_part_ = true;
+  const std::size_t axes = devices_.devices().stages.size();
+  if (part_.last_joints.size() == axes) return judge_homing(part_.last_joints, true, distrust);
+  for (std::size_t i = 0; i < axes; ++i) devices_.forget_homing(i);
+  if (const std::string text = axes_that_cannot_tell(); !text.empty()) {
+    archive_.note(devices_.now(), kHomeDeltaNote, home_delta_text({text}, false, false));
   }
+  return false;
 }
 
 std::string TrustChecks::compare_light_with_last_part() {
@@ -79,62 +83,57 @@ std::string TrustChecks::compare_light_with_last_part() {
 }
 
 void TrustChecks::compare_after_loss(const rig::Joints& believed, const Distrust& distrust) {
-  if (believed.size() == devices_.devices().stages.size()) note_deltas(believed, true, distrust);
+  if (compared_with_last_part_) judge_homing(believed, true, distrust);
 }
 
-void TrustChecks::check(const Distrust& distrust) {
-  if (tells_home_delta_) check_home(distrust);
-  if (sentinel_on_) visit_sentinel(distrust);
+bool TrustChecks::check(const Distrust& distrust_axes, const Distrust& distrust_light) {
+  const bool axes_compared = !tells_home_delta_ || check_home(distrust_axes);
+  if (sentinel_on_) visit_sentinel(distrust_light);
   last_check_ = devices_.now();
+  return axes_compared;
 }
 
-void TrustChecks::check_home(const Distrust& distrust) {
+bool TrustChecks::check_home(const Distrust& distrust) {
   // From home by their count the axes have no way to search that could meet a keep-out.
   const rig::Joints believed = devices_.move_to(instrument_.rig.home());
-  devices_.home_all();
-  note_deltas(believed, false, distrust);
+  try {
+    devices_.home_all();
+  } catch (const devices::DeviceError&) {
+    // What those said that were homed before is not to be lost with the session.
+    judge_homing(believed, false, distrust);
+    throw;
+  }
+  return judge_homing(believed, false, distrust);
 }
 
-void TrustChecks::note_deltas(const rig::Joints& believed, bool after_outage,
-                              const Distrust& distrust) {
+/// Each axis by its own homing. One that was not homed since it was judged is judged when it is, by
+/// what its failed homings have told.
+bool TrustChecks::judge_homing(const rig::Joints& believed, bool after_outage,
+                               const Distrust& distrust) {
   std::vector<std::string> texts;
   std::vector<std::string> lost;
+  bool compared = tells_home_delta_;
   const auto& stages = devices_.devices().stages;
   for (std::size_t i = 0; i < stages.size(); ++i) {
+    const HomingEvidence evidence = devices_.homing_evidence(i);
     const devices::HomingReport* report = homing_report(stages[i]);
     if (report == nullptr || !report->tells()) continue;
-    const auto stood = report->stood_before_home();
-    if (!stood) {
-      texts.push_back(stages[i]->name() + " could not tell: its count was read too seldom");
+    if (!evidence.stood && !evidence.homed) {
+      compared = false;
       continue;
     }
-    const Angle delta = stood->angle - believed[i];
-    // What may be nothing but how the count was read is no finding, nor is it that all is well.
-    if (stood->within > kUsualHomeDelta && abs(delta) <= stood->within) {
-      texts.push_back(fmt::format("{} could not tell: its count was read within {:.3f} deg only",
-                                  stages[i]->name(), stood->within.degrees()));
-      continue;
-    }
-    texts.push_back(fmt::format("{} {:+.4f} deg", stages[i]->name(), delta.degrees()));
-    if (stood->within > Angle()) {
-      texts.back() += fmt::format(" within {:.4f} deg", stood->within.degrees());
-    }
-    if (after_outage && abs(delta) > kWasOnItsWay) {
-      texts.back() += ", was on its way or turned meanwhile";
-    } else if (abs(delta) > kLargestHomeDelta) {
-      lost.push_back(
-          fmt::format("axis {} was off its count by {:+.4f} deg at its home mark, "
-                      "expected within {:g} deg; it is homed anew",
-                      stages[i]->name(), delta.degrees(), kLargestHomeDelta.degrees()));
-    } else if (abs(delta) > kUsualHomeDelta) {
-      texts.back() += fmt::format(", more than the usual {:g} deg", kUsualHomeDelta.degrees());
-    }
+    devices_.forget_homing(i);
+    HomeDelta delta = home_delta(stages[i]->name(), evidence, believed.at(i), after_outage);
+    compared = compared && delta.compared;
+    texts.push_back(std::move(delta.text));
+    if (!delta.lost.empty()) lost.push_back(std::move(delta.lost));
   }
   if (!lost.empty()) distrust(fmt::format("{}", fmt::join(lost, "; ")));
   if (std::string text = axes_that_cannot_tell(); !text.empty()) texts.push_back(std::move(text));
-  archive_.note(
-      devices_.now(), kHomeDeltaNote,
-      fmt::format("{}{}", after_outage ? "over the interruption: " : "", fmt::join(texts, "; ")));
+  if (!texts.empty()) {
+    archive_.note(devices_.now(), kHomeDeltaNote, home_delta_text(texts, after_outage, compared));
+  }
+  return compared;
 }
 
 /// Said once in a part; empty after that, and where all axes can.
