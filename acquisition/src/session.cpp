@@ -46,7 +46,7 @@ class Session {
         steering_(part.enough ? nullptr : steering),
         white_joints_(white_joints(instrument.rig)),
         checks_(devices_, instrument, plan, options, archive, part, white_joints_),
-        ambient_(instrument.sensor, options),
+        ambient_(instrument.sensor, options, [this](std::string text) { warn(std::move(text)); }),
         points_(plan, part, itinerary),
         context_{devices_,
                  instrument,
@@ -86,8 +86,8 @@ class Session {
     report("home");
     const auto home = [this] { despite_losses("home", [this] { devices_.home_all(); }); };
     judged(home, [this] {
-      const bool compared =
-          checks_.compare_with_last_part([this](const std::string& why) { distrust_axes(why); });
+      const bool compared = checks_.compare_with_last_part(
+          [this](const std::string& why) { distrust_unchecked(axes_unchecked_, why); });
       if (compared) axes_unchecked_.clear();
     });
     report("dark");
@@ -129,21 +129,22 @@ class Session {
     while (true) {
       if (points_.left().empty()) points_.take_failed_again();
       const bool all_taken = points_.left().empty();
-      if (all_taken && (since_check_.empty() || !checks_.can_check())) return true;
+      if (all_taken && (since_check_ == 0 || !checks_.can_check())) return true;
       if (paused()) return false;
       // What the itinerary foresees comes at its places, and in time also when points take longer
       // than foreseen or are taken again.
       const bool planned = !all_taken && points_.check_stands_before(*points_.left().begin());
-      if (all_taken || (planned && !since_check_.empty()) || checks_.due(since_check_.size())) {
+      if (all_taken || (planned && since_check_ > 0) || checks_.due(since_check_)) {
         report("check");
         despite_losses("check", [this] {
           begin_subject(context_, kSentinelSubject);
-          const bool axes_compared =
-              checks_.check([this](const std::string& why) { distrust_axes(why); },
-                            [this](const std::string& why) { distrust_since_check(why); });
-          if (axes_compared) axes_unchecked_.clear();
+          const TrustChecks::Compared compared = checks_.check(
+              [this](const std::string& why) { distrust_unchecked(axes_unchecked_, why); },
+              [this](const std::string& why) { distrust_unchecked(light_unchecked_, why); });
+          if (compared.axes) axes_unchecked_.clear();
+          if (compared.light) light_unchecked_.clear();
         });
-        since_check_.clear();
+        since_check_ = 0;
         continue;
       }
       const int next = *points_.left().begin();
@@ -213,7 +214,8 @@ class Session {
       archive_.note(devices_.now(), kCameBackNote, fmt::format("{}: {}", phase, error.what()));
     };
     judged(home, [&] {
-      checks_.compare_after_loss(believed, [this](const std::string& why) { distrust_axes(why); });
+      checks_.compare_after_loss(
+          believed, [this](const std::string& why) { distrust_unchecked(axes_unchecked_, why); });
     });
   }
 
@@ -228,15 +230,15 @@ class Session {
     judge();
   }
 
-  /// Those whose axes nobody has found in order since.
-  void distrust_axes(const std::string& why) {
-    since_check_.clear();
-    distrust(std::exchange(axes_unchecked_, {}), why);
-  }
-
-  void distrust_since_check(const std::string& why) {
-    for (const int point : since_check_) axes_unchecked_.erase(point);
-    distrust(std::exchange(since_check_, {}), why);
+  /// Of axes_unchecked_ or light_unchecked_.
+  void distrust_unchecked(std::set<int>& unchecked, const std::string& why) {
+    const std::set<int> points = std::exchange(unchecked, {});
+    for (const int point : points) {
+      axes_unchecked_.erase(point);
+      light_unchecked_.erase(point);
+    }
+    since_check_ = 0;
+    distrust(points, why);
   }
 
   /// Points that are not to be taken as good. They are measured again, but not for ever: one that
@@ -322,8 +324,9 @@ class Session {
       if (!unsteady.empty()) distrust({index}, unsteady);
     });
     failures_in_a_row_ = 0;
-    since_check_.insert(index);
+    ++since_check_;
     axes_unchecked_.insert(index);
+    light_unchecked_.insert(index);
   }
 
   void acknowledge(PointRecord& point) {
@@ -364,10 +367,11 @@ class Session {
   std::optional<ExposurePrediction> exposures_;
   PointSchedule points_;
   CaptureContext context_;
-  int failures_in_a_row_ = 0;  ///< of points
-  std::set<int> since_check_;  ///< points taken since the last check
-  /// Those since every axis that tells was found in order, also in the part before.
+  int failures_in_a_row_ = 0;    ///< of points
+  std::size_t since_check_ = 0;  ///< points taken since the last check
+  /// Points since every axis that tells was found in order, also of the part before.
   std::set<int> axes_unchecked_;
+  std::set<int> light_unchecked_;  ///< points since a sentinel was compared with the one before
   bool taken_since_white_ = false;
   SessionResult result_;
 };

@@ -11,6 +11,7 @@
 #include "gonio/devices/homing_report.h"
 #include "gonio/errors/errors.h"
 #include "home_deltas.h"
+#include "light_watch.h"
 #include "session_checks.h"
 #include "session_parts.h"
 #include "standing_capture.h"
@@ -86,11 +87,13 @@ void TrustChecks::compare_after_loss(const rig::Joints& believed, const Distrust
   if (compared_with_last_part_) judge_homing(believed, true, distrust);
 }
 
-bool TrustChecks::check(const Distrust& distrust_axes, const Distrust& distrust_light) {
-  const bool axes_compared = !tells_home_delta_ || check_home(distrust_axes);
-  if (sentinel_on_) visit_sentinel(distrust_light);
+TrustChecks::Compared TrustChecks::check(const Distrust& distrust_axes,
+                                         const Distrust& distrust_light) {
+  Compared compared;
+  compared.axes = !tells_home_delta_ || check_home(distrust_axes);
+  compared.light = visit_sentinel(distrust_light);
   last_check_ = devices_.now();
-  return axes_compared;
+  return compared;
 }
 
 bool TrustChecks::check_home(const Distrust& distrust) {
@@ -151,26 +154,32 @@ std::string TrustChecks::axes_that_cannot_tell() {
                          : "nothing in this session shows that such an axis slipped");
 }
 
-void TrustChecks::visit_sentinel(const Distrust& distrust) {
-  if (!sentinel_on_) return;
-  const std::optional<SentinelReading> reading = read_sentinel(distrust);
-  if (!reading) {
+bool TrustChecks::visit_sentinel(const Distrust& distrust) {
+  if (!sentinel_on_) return true;
+  const SentinelFound found = read_sentinel(distrust);
+  if (!found.unsteady.empty()) {
+    archive_.note(devices_.now(), "warning", "no sentinel this time: " + found.unsteady);
+    return false;
+  }
+  if (!found.reading) {
     sentinel_on_ = false;
     archive_.note(devices_.now(), "warning",
                   "the sample is too dark at the sentinel's pose: no sentinels in this session");
-    return;
+    return true;
   }
-  compare_sentinel(*reading, distrust);
-  archive_.note(devices_.now(), kSentinelNote, sentinel_text(*reading));
-  last_ = SentinelVisit{devices_.now(), *reading};
+  const bool compared = last_.has_value();
+  compare_sentinel(*found.reading, distrust);
+  archive_.note(devices_.now(), kSentinelNote, sentinel_text(*found.reading));
+  last_ = SentinelVisit{devices_.now(), *found.reading};
+  return compared;
 }
 
-std::optional<SentinelReading> TrustChecks::read_sentinel(const Distrust& distrust) {
+TrustChecks::SentinelFound TrustChecks::read_sentinel(const Distrust& distrust) {
   devices_.move_to(pose_);
   // The pixels of the pose itself: those of what was read back would differ at the edges.
   const Regions regions = regions_of(instrument_, rig::forward(instrument_.rig, pose_),
                                      Eigen::Vector2d::Zero(), options_.sample_half_width_mm, 1);
-  if (regions.empty()) return std::nullopt;
+  if (regions.empty()) return {};
   SentinelReading reading;
   for (const devices::LightChannel& channel : devices_.devices().light->channels()) {
     devices_.light(channel.name);
@@ -180,11 +189,18 @@ std::optional<SentinelReading> TrustChecks::read_sentinel(const Distrust& distru
       record.channel = channel.name;
       const BracketResult found = take_bracket(devices_, instrument_, options_, regions,
                                                options_.first_exposure, record, archive_);
-      if (found.dark_regions == found.regions || found.saturated_regions > 0) return std::nullopt;
+      if (found.dark_regions == found.regions || found.saturated_regions > 0) return {};
       exposures_[channel.name] = found.start;
     }
-    reading[channel.name] =
-        read_channel(channel.name, exposures_.at(channel.name), regions.front());
+    for (int tries = 0;; ++tries) {
+      ChannelFound found = read_channel(channel.name, exposures_.at(channel.name), regions.front());
+      if (found.unsteady.empty()) {
+        reading[channel.name] = found.level;
+        break;
+      }
+      if (tries >= options_.retries) return {std::nullopt, std::move(found.unsteady)};
+      archive_.note(devices_.now(), kSentinelAgainNote, found.unsteady);
+    }
   }
   for (const auto& [channel, level] : reading) {
     // A sentinel that went dark is no reading to go on with: the lamp is off without a monitor, or
@@ -195,12 +211,12 @@ std::optional<SentinelReading> TrustChecks::read_sentinel(const Distrust& distru
     if (distrust) distrust(why);
     throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(), why);
   }
-  return reading;
+  return {std::move(reading), {}};
 }
 
-SentinelLevel TrustChecks::read_channel(const std::string& channel,
-                                        std::chrono::nanoseconds exposure,
-                                        const std::vector<std::size_t>& pixels) {
+TrustChecks::ChannelFound TrustChecks::read_channel(const std::string& channel,
+                                                    std::chrono::nanoseconds exposure,
+                                                    const std::vector<std::size_t>& pixels) {
   const instrument::SensorModel& sensor = instrument_.sensor;
   const auto mean_dn = [&](const devices::Frame& frame) {
     double sum = 0.0;
@@ -215,16 +231,21 @@ SentinelLevel TrustChecks::read_channel(const std::string& channel,
   devices_.light(channel);
   double lit_dn = 0.0;
   double monitor = 0.0;
+  LightWatch light(devices_);
   for (int i = 0; i < kSentinelFrames; ++i) {
     FrameRecord own = record;
-    const devices::Frame frame = capture_standing(devices_, exposure, own);
-    own.monitor = devices_.read_monitor();
-    require_lit(channel, own.monitor);
+    const devices::Frame frame =
+        capture_standing(devices_, exposure, own, [&] { light.during(exposure); });
+    own.monitor = light.read();
     lit_dn += mean_dn(frame) / kSentinelFrames;
     monitor += own.monitor / kSentinelFrames;
     archive_.append(std::move(own), frame);
   }
   devices_.close_shutter();
+  require_lit(channel, light.highest());
+  ChannelFound found;
+  found.unsteady = flicker(channel, light.lowest(), light.highest());
+  if (!found.unsteady.empty()) return found;
   FrameRecord dark = record;
   dark.channel.clear();
   const devices::Frame frame = capture_standing(devices_, exposure, dark);
@@ -236,9 +257,9 @@ SentinelLevel TrustChecks::read_channel(const std::string& channel,
   const double read_variance = read_dn * read_dn + 1.0 / 12.0;
   const double lit_variance = read_variance + sensor.gain_dn_per_e * std::max(0.0, lit_dn);
   const double dark_variance = read_variance + sensor.gain_dn_per_e * std::max(0.0, dark_dn);
-  SentinelLevel level;
+  SentinelLevel& level = found.level;
   level.exposure = exposure;
-  if (!(signal_dn > 0.0)) return level;
+  if (!(signal_dn > 0.0)) return found;
   // A channel that its monitor does not see is compared as it is.
   const double divisor = lit_monitor_.contains(channel) ? monitor : 1.0;
   level.level_dn_per_s =
@@ -246,7 +267,7 @@ SentinelLevel TrustChecks::read_channel(const std::string& channel,
   level.relative_sigma = std::sqrt((lit_variance / kSentinelFrames + dark_variance) /
                                    static_cast<double>(pixels.size())) /
                          signal_dn;
-  return level;
+  return found;
 }
 
 void TrustChecks::compare_sentinel(const SentinelReading& reading, const Distrust& distrust) {
@@ -278,13 +299,13 @@ void TrustChecks::set_lit_monitor(const std::string& channel, double highest_rea
   if (highest_reading > kBlind) lit_monitor_[channel] = highest_reading;
 }
 
-void TrustChecks::require_lit(const std::string& channel, double lowest_reading) const {
+void TrustChecks::require_lit(const std::string& channel, double highest_reading) const {
   const auto lit = lit_monitor_.find(channel);
-  if (lit == lit_monitor_.end() || lowest_reading >= kLitFraction * lit->second) return;
+  if (lit == lit_monitor_.end() || highest_reading >= kLitFraction * lit->second) return;
   throw devices::DeviceError(
       devices::DeviceErrc::Fault, devices_.devices().light->name(),
       fmt::format("its monitor reads {:.3f} in channel {}, {:.3f} at the white: is the lamp on?",
-                  lowest_reading, channel, lit->second));
+                  highest_reading, channel, lit->second));
 }
 
 std::string TrustChecks::flicker(const std::string& channel, double lowest_reading,

@@ -41,11 +41,18 @@ class TrustChecks {
   /// After the homing that followed a device's absence, also one that failed: against where the
   /// axes were read last. Nothing before compare_with_last_part().
   void compare_after_loss(const rig::Joints& believed, const Distrust& distrust);
-  /// To the sentinel; the first reading of a session becomes what others are compared with.
-  void visit_sentinel(const Distrust& distrust);
-  /// Home marks and sentinel. Returns whether the axes are compared, all that tell: points before a
-  /// check that could not tell are as unchecked after it. True where none ever tells.
-  bool check(const Distrust& distrust_axes, const Distrust& distrust_light);
+  /// To the sentinel; the first reading of a session becomes what others are compared with. Returns
+  /// whether it was compared, or there is no sentinel: not by a lamp that flickers there however
+  /// often it is read.
+  bool visit_sentinel(const Distrust& distrust);
+  /// What a check has compared, or what there is nothing to compare of: points before one that
+  /// could not tell are as unchecked after it.
+  struct Compared {
+    bool axes = false;  ///< all that tell
+    bool light = false;
+  };
+  /// Home marks and sentinel.
+  Compared check(const Distrust& distrust_axes, const Distrust& distrust_light);
   /// Whether check() looks at anything: an axis that tells its home delta, or a sentinel.
   bool can_check() const { return tells_home_delta_ || sentinel_on_; }
   /// Whether it is time for one after so many points.
@@ -54,8 +61,9 @@ class TrustChecks {
   /// What the monitor reads at the white, by which the lamp counts as lit: the highest of a
   /// bracket.
   void set_lit_monitor(const std::string& channel, double highest_reading);
-  /// Throws Fault when the lamp is off by its monitor.
-  void require_lit(const std::string& channel, double lowest_reading) const;
+  /// Throws Fault when the lamp is off by its monitor: in all readings of a bracket. One that is
+  /// low among others is flicker().
+  void require_lit(const std::string& channel, double highest_reading) const;
   /// What to say of a lamp whose monitor read so differently in one bracket that a reading is no
   /// longer that of its frame; empty: it was steady.
   std::string flicker(const std::string& channel, double lowest_reading,
@@ -65,9 +73,18 @@ class TrustChecks {
   bool check_home(const Distrust& distrust);
   bool judge_homing(const rig::Joints& believed, bool after_outage, const Distrust& distrust);
   std::string axes_that_cannot_tell();
-  std::optional<SentinelReading> read_sentinel(const Distrust& distrust);
-  SentinelLevel read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
-                             const std::vector<std::size_t>& pixels);
+  /// One reading, or why there is none; neither: the sample is too dark for a sentinel.
+  struct SentinelFound {
+    std::optional<SentinelReading> reading;
+    std::string unsteady;
+  };
+  SentinelFound read_sentinel(const Distrust& distrust);
+  struct ChannelFound {
+    SentinelLevel level;
+    std::string unsteady;  ///< as flicker(); the level then is none
+  };
+  ChannelFound read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
+                            const std::vector<std::size_t>& pixels);
   void compare_sentinel(const SentinelReading& reading, const Distrust& distrust);
 
   GuardedDevices& devices_;

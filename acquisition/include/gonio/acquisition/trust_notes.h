@@ -26,6 +26,8 @@ inline constexpr const char* kUnbridgedNote = "unbridged";
 inline constexpr const char* kCameBackNote = "came back";
 /// The visit to the white that was under way does not count; why.
 inline constexpr const char* kWhiteAgainNote = "white again";
+/// What was read at the sentinel just before does not count, it is read again; why.
+inline constexpr const char* kSentinelAgainNote = "sentinel again";
 
 /// The text of a kHomeDeltaNote: what is said of each axis. `compared`: of every axis that tells it
 /// is known whether its count was right.
