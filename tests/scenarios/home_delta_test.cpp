@@ -140,7 +140,7 @@ TEST_F(HomeDeltas, ASlipIsFoundThoughTheAnswerOfTheHomingThatFoundItIsLost) {
 TEST_F(HomeDeltas, AHomingThatMayHaveHiddenASlipIsNoComparison) {
   homings_[kTurnedAxis] = {{2, Homing::answer_lost_early}};
   EXPECT_TRUE(begin_slipping_at(2).complete);
-  EXPECT_THAT(deltas(), SizeIs(3));
+  ASSERT_THAT(deltas(), SizeIs(3));
   EXPECT_THAT(deltas().front(), HasSubstr("could not tell"));
   EXPECT_FALSE(acquisition::compares_all_axes(deltas().front()));
   EXPECT_TRUE(acquisition::compares_all_axes(deltas().back()));
@@ -171,6 +171,7 @@ TEST_F(HomeDeltas, ASlipIsFoundThoughTheSessionEndsInTheCheck) {
   homings_[kOtherAxis] = {{2, Homing::fault}};
   EXPECT_THROW(begin_slipping_at(2), DeviceError);
   EXPECT_THAT(suspects(), ElementsAre(StartsWith("points 0 1 2 3: ")));
+  ASSERT_THAT(deltas(), Not(IsEmpty()));
   EXPECT_FALSE(acquisition::compares_all_axes(deltas().back()));
 }
 
@@ -188,6 +189,7 @@ TEST_F(HomeDeltas, ASlipOverAnOutageIsFoundThoughTheNextPartEndsInItsHoming) {
 TEST_F(HomeDeltas, PointsThatNoHomingCouldJudgeStayUncheckedUntilTheNextThatCan) {
   homings_[kTurnedAxis] = {{2, Homing::read_too_seldom}};
   EXPECT_TRUE(begin_slipping_at(6).complete);
+  ASSERT_THAT(deltas(), Not(IsEmpty()));
   EXPECT_THAT(deltas().front(), HasSubstr("could not tell"));
   EXPECT_THAT(suspects(), ElementsAre(StartsWith("points 0 1 2 3 4 5 6 7: ")));
 }
@@ -214,6 +216,7 @@ TEST_F(HomeDeltas, WhatAnOutageCouldNotTellIsSuspectWhenALaterCheckFindsASlip) {
           if (now.phase == "white") pause.request_stop();
         },
         pause.get_token());
+    ASSERT_THAT(deltas(), Not(IsEmpty()));
     EXPECT_THAT(deltas().back(), HasSubstr("was on its way"));
     EXPECT_THAT(acquisition::resume_state(SessionReader(session_)).unchecked, ElementsAre(4, 5));
     turned_meanwhile_ = kSlip;
