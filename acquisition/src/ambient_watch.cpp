@@ -17,6 +17,11 @@ constexpr double kOfConsequence = 0.5;
 /// itself, so that light that differs by the pose shows in every other frame.
 constexpr std::size_t kRecent = 8;
 constexpr std::ptrdiff_t kMostSteps = 4;
+/// So many steady comparisons in a row after that, and it is looked at again. Given up, nothing is
+/// measured again: light that differs by the pose then shows in nearly every frame, and one that
+/// comes and goes slowly needs as long a rest as it took to tell. Fewer would be reached by chance
+/// where poses are neighbours, and cost four points measured twice each time.
+constexpr std::size_t kSteady = 8;
 
 }  // namespace
 
@@ -52,7 +57,6 @@ AmbientWatch::Level AmbientWatch::level_of(const devices::Frame& lamp_off,
 
 std::string AmbientWatch::changed(const devices::Frame& lamp_off, devices::Target target,
                                   const Regions& regions, double dimmest_dn_per_s) {
-  if (!at_rest_) return {};
   const Level now = level_of(lamp_off, regions);
   const auto same = last_.find(target);
   const auto before = same != last_.end() ? same : last_.begin();
@@ -63,12 +67,21 @@ std::string AmbientWatch::changed(const devices::Frame& lamp_off, devices::Targe
   std::string text = change_since(before->second, now, dimmest_dn_per_s);
   last_[target] = now;
   recent_.push_back(!text.empty());
-  if (recent_.size() > kRecent) recent_.pop_front();
-  at_rest_ = std::count(recent_.begin(), recent_.end(), true) < kMostSteps;
-  if (!at_rest_) {
-    text +=
-        " It changes so often that it may differ by the pose: from here on it is not looked at any "
-        "more";
+  if (recent_.size() > (given_up_ ? kSteady : kRecent)) recent_.pop_front();
+  const auto steps = std::count(recent_.begin(), recent_.end(), true);
+  if (given_up_) {
+    if (steps > 0 || recent_.size() < kSteady) return {};
+    given_up_ = false;
+    warn_(fmt::format("the light of the room was steady for {} frames: it is looked at again",
+                      kSteady));
+    return {};
+  }
+  if (steps >= kMostSteps) {
+    given_up_ = true;
+    recent_.clear();
+    warn_(
+        "the light of the room changes so often that it may differ by the pose: it is not looked "
+        "at until it is steady");
   }
   return text;
 }

@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "bracket.h"
@@ -17,9 +19,11 @@ namespace gonio::acquisition {
 /// Threads  One.
 class AmbientWatch {
  public:
-  /// Both must outlive it.
-  AmbientWatch(const instrument::SensorModel& sensor, const SessionOptions& options)
-      : sensor_(sensor), options_(options) {}
+  /// `sensor` and `options` must outlive it. `warn` is told when it gives up and when it looks
+  /// again.
+  AmbientWatch(const instrument::SensorModel& sensor, const SessionOptions& options,
+               std::function<void(std::string)> warn)
+      : sensor_(sensor), options_(options), warn_(std::move(warn)) {}
 
   /// New dark frames follow.
   void begin_darks();
@@ -28,9 +32,9 @@ class AmbientWatch {
   /// What changed since the lamp-off frame before, by more than noise and dark current do and by so
   /// much that it matters to the wanted precision where the target is dimmest; empty: nothing. The
   /// level found is what the next one is compared with. Where every other frame says so the light
-  /// differs by the pose or never rests, and measuring again would not help: that is said once, and
-  /// nothing after it.
-  /// `target`   What the frame shows, compared with the last frame of the same if there is one: a
+  /// differs by the pose or never rests, and measuring again would not help: there is a warning,
+  /// and nothing is said of changes until the light was steady for a while. `target`   What the
+  /// frame shows, compared with the last frame of the same if there is one: a
   ///            lit room looks another in a white and in a dark sample.
   /// `regions`  Of the target, not empty.
   /// `dimmest_dn_per_s`  The least signal of a region of it under the lamp, above black; 0: none
@@ -52,8 +56,9 @@ class AmbientWatch {
   std::vector<std::uint32_t> dark_sums_dn_;  ///< per pixel
   int darks_ = 0;
   std::map<devices::Target, Level> last_;
+  std::function<void(std::string)> warn_;
   std::deque<bool> recent_;  ///< whether the last comparisons found a change
-  bool at_rest_ = true;      ///< false: it changes so often that it is no longer looked at
+  bool given_up_ = false;    ///< it changes so often that changes tell nothing
 };
 
 }  // namespace gonio::acquisition

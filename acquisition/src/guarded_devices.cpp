@@ -59,6 +59,7 @@ GuardedDevices::GuardedDevices(const DeviceSet& devices, const rig::RigDescripti
       options_(options),
       note_(std::move(note)),
       stop_(stop),
+      homings_(devices.stages.size()),
       on_stop_(stop, [this] { make_safe(devices_); }) {
   close_shutter();
 }
@@ -92,20 +93,40 @@ void GuardedDevices::home_all() {
   for (devices::RotationStage* stage : devices_.stages) {
     retrying([&] { stage->rearm(); });
   }
-  for (devices::RotationStage* stage : devices_.stages) home(*stage);
+  for (std::size_t axis = 0; axis < devices_.stages.size(); ++axis) find_home(axis);
   joints_ = read_joints();
   sent_ = rig_.home();
   approached_.assign(rig_.axes.size(), false);
 }
 
-void GuardedDevices::home(devices::RotationStage& stage) {
+void GuardedDevices::find_home(std::size_t axis) {
+  devices::RotationStage& stage = *devices_.stages.at(axis);
   // A Timeout may be a lost answer or a mark that did not come. Driving against the same obstacle
   // again does harm; ending a session that has only begun does none.
-  retrying([&] { stage.home(options_.move_timeout); }, Again::not_after_timeout);
+  retrying(
+      [&] {
+        try {
+          stage.home(options_.move_timeout);
+        } catch (const devices::DeviceError&) {
+          see_homing(axis, false);
+          throw;
+        }
+        see_homing(axis, true);
+      },
+      Again::not_after_timeout);
+}
+
+void GuardedDevices::see_homing(std::size_t axis, bool homed) {
+  HomingEvidence& evidence = homings_[axis];
+  evidence.homed = evidence.homed || homed;
+  const auto* const report = dynamic_cast<const devices::HomingReport*>(devices_.stages[axis]);
+  if (evidence.stood || report == nullptr || !report->tells()) return;
+  evidence.stood = report->stood_before_home();
+  evidence.hidden = evidence.hidden || !evidence.stood;
 }
 
 void GuardedDevices::home(std::size_t axis) {
-  home(*devices_.stages.at(axis));
+  find_home(axis);
   joints_ = read_joints();
   sent_[axis] = rig_.axes[axis].home;
   approached_[axis] = false;

@@ -42,7 +42,7 @@ PointFrames take_point_frames(const CaptureContext& context, int point,
     if (predicted.contains(channel.name)) start = predicted.at(channel.name);
     const BracketResult found =
         take_bracket(devices, instrument, options, regions, start, record, context.archive);
-    context.checks.require_lit(channel.name, found.lowest_monitor);
+    context.checks.require_lit(channel.name, found.highest_monitor);
     dimmest = std::min(dimmest, found.dimmest_dn_per_s);
     if (result.unsteady.empty()) {
       result.unsteady =

@@ -59,7 +59,7 @@ ResumeState resume_state(const SessionReader& archive) {
   const std::map<int, std::string> suspects = suspect_points(archive);
   auto compared = std::chrono::nanoseconds(-1);
   for (const SessionNote& note : archive.notes()) {
-    if (note.kind == kHomeDeltaNote) compared = note.at;
+    if (note.kind == kHomeDeltaNote && compares_all_axes(note.text)) compared = note.at;
   }
   if (!archive.frames().empty()) state.last_joints = archive.frames().back().joints;
   const std::vector<SentinelVisit> sentinels = sentinel_visits(archive);

@@ -47,7 +47,7 @@ class Session {
         steering_(part.enough ? nullptr : steering),
         white_joints_(white_joints(instrument.rig)),
         checks_(devices_, instrument, plan, options, archive, part, white_joints_),
-        ambient_(instrument.sensor, options),
+        ambient_(instrument.sensor, options, [this](std::string text) { warn(std::move(text)); }),
         points_(plan, part, itinerary),
         time_left_(itinerary, plan),
         context_{devices_,
@@ -66,6 +66,7 @@ class Session {
 
   SessionResult run() {
     started_ = devices_.now();
+    axes_unchecked_ = {part_.unchecked.begin(), part_.unchecked.end()};
     try {
       measure();
     } catch (const devices::DeviceError& error) {
@@ -85,9 +86,12 @@ class Session {
  private:
   void measure() {
     report("home");
-    despite_losses("home", [this] { devices_.home_all(); });
-    checks_.compare_with_last_part(
-        [this](const std::string& why) { distrust(part_.unchecked, why); });
+    const auto home = [this] { despite_losses("home", [this] { devices_.home_all(); }); };
+    judged(home, [this] {
+      const bool compared = checks_.compare_with_last_part(
+          [this](const std::string& why) { distrust_unchecked(axes_unchecked_, why); });
+      if (compared) axes_unchecked_.clear();
+    });
     report("dark");
     despite_losses("dark", [this] { take_darks(context_); });
     report("white");
@@ -127,18 +131,22 @@ class Session {
     while (true) {
       if (points_.left().empty()) points_.take_failed_again();
       const bool all_taken = points_.left().empty();
-      if (all_taken && (since_check_.empty() || !checks_.can_check())) return true;
+      if (all_taken && (since_check_ == 0 || !checks_.can_check())) return true;
       if (paused()) return false;
       // What the itinerary foresees comes at its places, and in time also when points take longer
       // than foreseen or are taken again.
       const bool planned = !all_taken && points_.check_stands_before(*points_.left().begin());
-      if (all_taken || (planned && !since_check_.empty()) || checks_.due(since_check_.size())) {
+      if (all_taken || (planned && since_check_ > 0) || checks_.due(since_check_)) {
         report("check");
         despite_losses("check", [this] {
           begin_subject(context_, kSentinelSubject);
-          checks_.check([this](const std::string& why) { distrust_since_check(why); });
+          const TrustChecks::Compared compared = checks_.check(
+              [this](const std::string& why) { distrust_unchecked(axes_unchecked_, why); },
+              [this](const std::string& why) { distrust_unchecked(light_unchecked_, why); });
+          if (compared.axes) axes_unchecked_.clear();
+          if (compared.light) light_unchecked_.clear();
         });
-        since_check_.clear();
+        since_check_ = 0;
         continue;
       }
       const int next = *points_.left().begin();
@@ -203,24 +211,46 @@ class Session {
 
   void come_back(const char* phase, const devices::DeviceError& error) {
     const rig::Joints believed = devices_.last_reading();
-    devices_.come_back();
-    archive_.note(devices_.now(), kCameBackNote, fmt::format("{}: {}", phase, error.what()));
-    checks_.compare_after_loss(believed,
-                               [this](const std::string& why) { distrust_since_check(why); });
+    const auto home = [&] {
+      devices_.come_back();
+      archive_.note(devices_.now(), kCameBackNote, fmt::format("{}: {}", phase, error.what()));
+    };
+    judged(home, [&] {
+      checks_.compare_after_loss(
+          believed, [this](const std::string& why) { distrust_unchecked(axes_unchecked_, why); });
+    });
   }
 
-  void distrust_since_check(const std::string& why) {
-    distrust(std::exchange(since_check_, {}), why);
+  /// Also where it fails: the next part finds some axes homed, and no longer what that has found.
+  static void judged(const std::function<void()>& homing, const std::function<void()>& judge) {
+    try {
+      homing();
+    } catch (const devices::DeviceError&) {
+      judge();
+      throw;
+    }
+    judge();
+  }
+
+  /// Of axes_unchecked_ or light_unchecked_.
+  void distrust_unchecked(std::set<int>& unchecked, const std::string& why) {
+    const std::set<int> points = std::exchange(unchecked, {});
+    for (const int point : points) {
+      axes_unchecked_.erase(point);
+      light_unchecked_.erase(point);
+    }
+    since_check_ = 0;
+    distrust(points, why);
   }
 
   /// Points that are not to be taken as good. They are measured again, but not for ever: one that
   /// was measured again already stays, and is marked in what becomes of it.
-  void distrust(const std::vector<int>& points, const std::string& why) {
+  void distrust(const std::set<int>& points, const std::string& why) {
     if (points.empty()) {
       warn(why);
       return;
     }
-    archive_.note(devices_.now(), kSuspectNote, suspect_text(points, why));
+    archive_.note(devices_.now(), kSuspectNote, suspect_text({points.begin(), points.end()}, why));
     result_.warnings.push_back(fmt::format("{} point(s) suspect: {}", points.size(), why));
     for (const int point : points) points_.take_again_once(point);
   }
@@ -298,7 +328,9 @@ class Session {
     });
     time_left_.took(index, devices::to_seconds(point.finished_at - begun));
     failures_in_a_row_ = 0;
-    since_check_.push_back(index);
+    ++since_check_;
+    axes_unchecked_.insert(index);
+    light_unchecked_.insert(index);
   }
 
   void acknowledge(PointRecord& point) {
@@ -340,8 +372,11 @@ class Session {
   PointSchedule points_;
   TimeLeft time_left_;
   CaptureContext context_;
-  int failures_in_a_row_ = 0;     ///< of points
-  std::vector<int> since_check_;  ///< points taken since the last check
+  int failures_in_a_row_ = 0;    ///< of points
+  std::size_t since_check_ = 0;  ///< points taken since the last check
+  /// Points since every axis that tells was found in order, also of the part before.
+  std::set<int> axes_unchecked_;
+  std::set<int> light_unchecked_;  ///< points since a sentinel was compared with the one before
   bool taken_since_white_ = false;
   SessionResult result_;
 };

@@ -10,6 +10,8 @@
 #include "gonio/acquisition/reduction.h"
 #include "gonio/devices/homing_report.h"
 #include "gonio/errors/errors.h"
+#include "home_deltas.h"
+#include "light_watch.h"
 #include "session_checks.h"
 #include "session_parts.h"
 #include "standing_capture.h"
@@ -51,13 +53,16 @@ bool TrustChecks::due(std::size_t points_since) const {
          devices_.now() - last_check_ >= options_.sentinel_interval;
 }
 
-void TrustChecks::compare_with_last_part(const Distrust& distrust) {
+bool TrustChecks::compare_with_last_part(const Distrust& distrust) {
   last_check_ = devices_.now();
-  if (part_.last_joints.size() == devices_.devices().stages.size()) {
-    note_deltas(part_.last_joints, true, distrust);
-  } else if (const std::string text = axes_that_cannot_tell(); !text.empty()) {
-    archive_.note(devices_.now(), kHomeDeltaNote, text);
+  compared_with_last_part_ = true;
+  const std::size_t axes = devices_.devices().stages.size();
+  if (part_.last_joints.size() == axes) return judge_homing(part_.last_joints, true, distrust);
+  for (std::size_t i = 0; i < axes; ++i) devices_.forget_homing(i);
+  if (const std::string text = axes_that_cannot_tell(); !text.empty()) {
+    archive_.note(devices_.now(), kHomeDeltaNote, home_delta_text({text}, false, false));
   }
+  return false;
 }
 
 std::string TrustChecks::compare_light_with_last_part() {
@@ -79,62 +84,59 @@ std::string TrustChecks::compare_light_with_last_part() {
 }
 
 void TrustChecks::compare_after_loss(const rig::Joints& believed, const Distrust& distrust) {
-  if (believed.size() == devices_.devices().stages.size()) note_deltas(believed, true, distrust);
+  if (compared_with_last_part_) judge_homing(believed, true, distrust);
 }
 
-void TrustChecks::check(const Distrust& distrust) {
-  if (tells_home_delta_) check_home(distrust);
-  if (sentinel_on_) visit_sentinel(distrust);
+TrustChecks::Compared TrustChecks::check(const Distrust& distrust_axes,
+                                         const Distrust& distrust_light) {
+  Compared compared;
+  compared.axes = !tells_home_delta_ || check_home(distrust_axes);
+  compared.light = visit_sentinel(distrust_light);
   last_check_ = devices_.now();
+  return compared;
 }
 
-void TrustChecks::check_home(const Distrust& distrust) {
+bool TrustChecks::check_home(const Distrust& distrust) {
   // From home by their count the axes have no way to search that could meet a keep-out.
   const rig::Joints believed = devices_.move_to(instrument_.rig.home());
-  devices_.home_all();
-  note_deltas(believed, false, distrust);
+  try {
+    devices_.home_all();
+  } catch (const devices::DeviceError&) {
+    // What those said that were homed before is not to be lost with the session.
+    judge_homing(believed, false, distrust);
+    throw;
+  }
+  return judge_homing(believed, false, distrust);
 }
 
-void TrustChecks::note_deltas(const rig::Joints& believed, bool after_outage,
-                              const Distrust& distrust) {
+/// Each axis by its own homing. One that was not homed since it was judged is judged when it is, by
+/// what its failed homings have told.
+bool TrustChecks::judge_homing(const rig::Joints& believed, bool after_outage,
+                               const Distrust& distrust) {
   std::vector<std::string> texts;
   std::vector<std::string> lost;
+  bool compared = tells_home_delta_;
   const auto& stages = devices_.devices().stages;
   for (std::size_t i = 0; i < stages.size(); ++i) {
+    const HomingEvidence evidence = devices_.homing_evidence(i);
     const devices::HomingReport* report = homing_report(stages[i]);
     if (report == nullptr || !report->tells()) continue;
-    const auto stood = report->stood_before_home();
-    if (!stood) {
-      texts.push_back(stages[i]->name() + " could not tell: its count was read too seldom");
+    if (!evidence.stood && !evidence.homed) {
+      compared = false;
       continue;
     }
-    const Angle delta = stood->angle - believed[i];
-    // What may be nothing but how the count was read is no finding, nor is it that all is well.
-    if (stood->within > kUsualHomeDelta && abs(delta) <= stood->within) {
-      texts.push_back(fmt::format("{} could not tell: its count was read within {:.3f} deg only",
-                                  stages[i]->name(), stood->within.degrees()));
-      continue;
-    }
-    texts.push_back(fmt::format("{} {:+.4f} deg", stages[i]->name(), delta.degrees()));
-    if (stood->within > Angle()) {
-      texts.back() += fmt::format(" within {:.4f} deg", stood->within.degrees());
-    }
-    if (after_outage && abs(delta) > kWasOnItsWay) {
-      texts.back() += ", was on its way or turned meanwhile";
-    } else if (abs(delta) > kLargestHomeDelta) {
-      lost.push_back(
-          fmt::format("axis {} was off its count by {:+.4f} deg at its home mark, "
-                      "expected within {:g} deg; it is homed anew",
-                      stages[i]->name(), delta.degrees(), kLargestHomeDelta.degrees()));
-    } else if (abs(delta) > kUsualHomeDelta) {
-      texts.back() += fmt::format(", more than the usual {:g} deg", kUsualHomeDelta.degrees());
-    }
+    devices_.forget_homing(i);
+    HomeDelta delta = home_delta(stages[i]->name(), evidence, believed.at(i), after_outage);
+    compared = compared && delta.compared;
+    texts.push_back(std::move(delta.text));
+    if (!delta.lost.empty()) lost.push_back(std::move(delta.lost));
   }
   if (!lost.empty()) distrust(fmt::format("{}", fmt::join(lost, "; ")));
   if (std::string text = axes_that_cannot_tell(); !text.empty()) texts.push_back(std::move(text));
-  archive_.note(
-      devices_.now(), kHomeDeltaNote,
-      fmt::format("{}{}", after_outage ? "over the interruption: " : "", fmt::join(texts, "; ")));
+  if (!texts.empty()) {
+    archive_.note(devices_.now(), kHomeDeltaNote, home_delta_text(texts, after_outage, compared));
+  }
+  return compared;
 }
 
 /// Said once in a part; empty after that, and where all axes can.
@@ -152,26 +154,32 @@ std::string TrustChecks::axes_that_cannot_tell() {
                          : "nothing in this session shows that such an axis slipped");
 }
 
-void TrustChecks::visit_sentinel(const Distrust& distrust) {
-  if (!sentinel_on_) return;
-  const std::optional<SentinelReading> reading = read_sentinel(distrust);
-  if (!reading) {
+bool TrustChecks::visit_sentinel(const Distrust& distrust) {
+  if (!sentinel_on_) return true;
+  const SentinelFound found = read_sentinel(distrust);
+  if (!found.unsteady.empty()) {
+    archive_.note(devices_.now(), "warning", "no sentinel this time: " + found.unsteady);
+    return false;
+  }
+  if (!found.reading) {
     sentinel_on_ = false;
     archive_.note(devices_.now(), "warning",
                   "the sample is too dark at the sentinel's pose: no sentinels in this session");
-    return;
+    return true;
   }
-  compare_sentinel(*reading, distrust);
-  archive_.note(devices_.now(), kSentinelNote, sentinel_text(*reading));
-  last_ = SentinelVisit{devices_.now(), *reading};
+  const bool compared = last_.has_value();
+  compare_sentinel(*found.reading, distrust);
+  archive_.note(devices_.now(), kSentinelNote, sentinel_text(*found.reading));
+  last_ = SentinelVisit{devices_.now(), *found.reading};
+  return compared;
 }
 
-std::optional<SentinelReading> TrustChecks::read_sentinel(const Distrust& distrust) {
+TrustChecks::SentinelFound TrustChecks::read_sentinel(const Distrust& distrust) {
   devices_.move_to(pose_);
   // The pixels of the pose itself: those of what was read back would differ at the edges.
   const Regions regions = regions_of(instrument_, rig::forward(instrument_.rig, pose_),
                                      Eigen::Vector2d::Zero(), options_.sample_half_width_mm, 1);
-  if (regions.empty()) return std::nullopt;
+  if (regions.empty()) return {};
   SentinelReading reading;
   for (const devices::LightChannel& channel : devices_.devices().light->channels()) {
     devices_.light(channel.name);
@@ -181,11 +189,18 @@ std::optional<SentinelReading> TrustChecks::read_sentinel(const Distrust& distru
       record.channel = channel.name;
       const BracketResult found = take_bracket(devices_, instrument_, options_, regions,
                                                options_.first_exposure, record, archive_);
-      if (found.dark_regions == found.regions || found.saturated_regions > 0) return std::nullopt;
+      if (found.dark_regions == found.regions || found.saturated_regions > 0) return {};
       exposures_[channel.name] = found.start;
     }
-    reading[channel.name] =
-        read_channel(channel.name, exposures_.at(channel.name), regions.front());
+    for (int tries = 0;; ++tries) {
+      ChannelFound found = read_channel(channel.name, exposures_.at(channel.name), regions.front());
+      if (found.unsteady.empty()) {
+        reading[channel.name] = found.level;
+        break;
+      }
+      if (tries >= options_.retries) return {std::nullopt, std::move(found.unsteady)};
+      archive_.note(devices_.now(), kSentinelAgainNote, found.unsteady);
+    }
   }
   for (const auto& [channel, level] : reading) {
     // A sentinel that went dark is no reading to go on with: the lamp is off without a monitor, or
@@ -196,12 +211,12 @@ std::optional<SentinelReading> TrustChecks::read_sentinel(const Distrust& distru
     if (distrust) distrust(why);
     throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(), why);
   }
-  return reading;
+  return {std::move(reading), {}};
 }
 
-SentinelLevel TrustChecks::read_channel(const std::string& channel,
-                                        std::chrono::nanoseconds exposure,
-                                        const std::vector<std::size_t>& pixels) {
+TrustChecks::ChannelFound TrustChecks::read_channel(const std::string& channel,
+                                                    std::chrono::nanoseconds exposure,
+                                                    const std::vector<std::size_t>& pixels) {
   const instrument::SensorModel& sensor = instrument_.sensor;
   const auto mean_dn = [&](const devices::Frame& frame) {
     double sum = 0.0;
@@ -216,16 +231,21 @@ SentinelLevel TrustChecks::read_channel(const std::string& channel,
   devices_.light(channel);
   double lit_dn = 0.0;
   double monitor = 0.0;
+  LightWatch light(devices_);
   for (int i = 0; i < kSentinelFrames; ++i) {
     FrameRecord own = record;
-    const devices::Frame frame = capture_standing(devices_, exposure, own);
-    own.monitor = devices_.read_monitor();
-    require_lit(channel, own.monitor);
+    const devices::Frame frame =
+        capture_standing(devices_, exposure, own, [&] { light.during(exposure); });
+    own.monitor = light.read();
     lit_dn += mean_dn(frame) / kSentinelFrames;
     monitor += own.monitor / kSentinelFrames;
     archive_.append(std::move(own), frame);
   }
   devices_.close_shutter();
+  require_lit(channel, light.highest());
+  ChannelFound found;
+  found.unsteady = flicker(channel, light.lowest(), light.highest());
+  if (!found.unsteady.empty()) return found;
   FrameRecord dark = record;
   dark.channel.clear();
   const devices::Frame frame = capture_standing(devices_, exposure, dark);
@@ -237,9 +257,9 @@ SentinelLevel TrustChecks::read_channel(const std::string& channel,
   const double read_variance = read_dn * read_dn + 1.0 / 12.0;
   const double lit_variance = read_variance + sensor.gain_dn_per_e * std::max(0.0, lit_dn);
   const double dark_variance = read_variance + sensor.gain_dn_per_e * std::max(0.0, dark_dn);
-  SentinelLevel level;
+  SentinelLevel& level = found.level;
   level.exposure = exposure;
-  if (!(signal_dn > 0.0)) return level;
+  if (!(signal_dn > 0.0)) return found;
   // A channel that its monitor does not see is compared as it is.
   const double divisor = lit_monitor_.contains(channel) ? monitor : 1.0;
   level.level_dn_per_s =
@@ -247,7 +267,7 @@ SentinelLevel TrustChecks::read_channel(const std::string& channel,
   level.relative_sigma = std::sqrt((lit_variance / kSentinelFrames + dark_variance) /
                                    static_cast<double>(pixels.size())) /
                          signal_dn;
-  return level;
+  return found;
 }
 
 void TrustChecks::compare_sentinel(const SentinelReading& reading, const Distrust& distrust) {
@@ -279,13 +299,13 @@ void TrustChecks::set_lit_monitor(const std::string& channel, double highest_rea
   if (highest_reading > kBlind) lit_monitor_[channel] = highest_reading;
 }
 
-void TrustChecks::require_lit(const std::string& channel, double lowest_reading) const {
+void TrustChecks::require_lit(const std::string& channel, double highest_reading) const {
   const auto lit = lit_monitor_.find(channel);
-  if (lit == lit_monitor_.end() || lowest_reading >= kLitFraction * lit->second) return;
+  if (lit == lit_monitor_.end() || highest_reading >= kLitFraction * lit->second) return;
   throw devices::DeviceError(
       devices::DeviceErrc::Fault, devices_.devices().light->name(),
       fmt::format("its monitor reads {:.3f} in channel {}, {:.3f} at the white: is the lamp on?",
-                  lowest_reading, channel, lit->second));
+                  highest_reading, channel, lit->second));
 }
 
 std::string TrustChecks::flicker(const std::string& channel, double lowest_reading,

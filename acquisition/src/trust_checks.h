@@ -12,14 +12,6 @@
 
 namespace gonio::acquisition {
 
-/// A home delta up to here is how well a home mark is found again (0.002 deg each time) and how
-/// finely an encoder counts; above it is reported.
-inline constexpr Angle kUsualHomeDelta = Angle::from_degrees(0.01);
-/// Above here steps were lost: points since the axis was last found in order are not trusted.
-inline constexpr Angle kLargestHomeDelta = Angle::from_degrees(0.03);
-/// An axis this far off after an outage was on its way when the session ended, or was turned since:
-/// what its count was worth before cannot be told from it.
-inline constexpr Angle kWasOnItsWay = Angle::from_degrees(1.0);
 /// So many of its uncertainties make a change of the sentinel a step: one false alarm in 16,000
 /// comparisons, were the uncertainty all noise.
 inline constexpr double kStepSigmas = 4.0;
@@ -40,17 +32,27 @@ class TrustChecks {
               const MeasurementPlan& plan, const SessionOptions& options, SessionWriter& archive,
               const SessionPart& part, const rig::Joints& sentinel_pose);
 
-  /// After the homing at the start: against where the part before left the axes.
-  void compare_with_last_part(const Distrust& distrust);
+  /// After the homing at the start, also one that failed: against where the part before left the
+  /// axes. Returns whether every axis that tells was compared, and one does.
+  bool compare_with_last_part(const Distrust& distrust);
   /// After white and sentinel at the start: the light against the part before. Returns what there
   /// is to warn of; empty: nothing.
   std::string compare_light_with_last_part();
-  /// After the homing that followed a device's absence: against where the axes were read last.
+  /// After the homing that followed a device's absence, also one that failed: against where the
+  /// axes were read last. Nothing before compare_with_last_part().
   void compare_after_loss(const rig::Joints& believed, const Distrust& distrust);
-  /// To the sentinel; the first reading of a session becomes what others are compared with.
-  void visit_sentinel(const Distrust& distrust);
+  /// To the sentinel; the first reading of a session becomes what others are compared with. Returns
+  /// whether it was compared, or there is no sentinel: not by a lamp that flickers there however
+  /// often it is read.
+  bool visit_sentinel(const Distrust& distrust);
+  /// What a check has compared, or what there is nothing to compare of: points before one that
+  /// could not tell are as unchecked after it.
+  struct Compared {
+    bool axes = false;  ///< all that tell
+    bool light = false;
+  };
   /// Home marks and sentinel.
-  void check(const Distrust& distrust);
+  Compared check(const Distrust& distrust_axes, const Distrust& distrust_light);
   /// Whether check() looks at anything: an axis that tells its home delta, or a sentinel.
   bool can_check() const { return tells_home_delta_ || sentinel_on_; }
   /// Whether it is time for one after so many points.
@@ -59,20 +61,30 @@ class TrustChecks {
   /// What the monitor reads at the white, by which the lamp counts as lit: the highest of a
   /// bracket.
   void set_lit_monitor(const std::string& channel, double highest_reading);
-  /// Throws Fault when the lamp is off by its monitor.
-  void require_lit(const std::string& channel, double lowest_reading) const;
+  /// Throws Fault when the lamp is off by its monitor: in all readings of a bracket. One that is
+  /// low among others is flicker().
+  void require_lit(const std::string& channel, double highest_reading) const;
   /// What to say of a lamp whose monitor read so differently in one bracket that a reading is no
   /// longer that of its frame; empty: it was steady.
   std::string flicker(const std::string& channel, double lowest_reading,
                       double highest_reading) const;
 
  private:
-  void check_home(const Distrust& distrust);
-  void note_deltas(const rig::Joints& believed, bool after_outage, const Distrust& distrust);
+  bool check_home(const Distrust& distrust);
+  bool judge_homing(const rig::Joints& believed, bool after_outage, const Distrust& distrust);
   std::string axes_that_cannot_tell();
-  std::optional<SentinelReading> read_sentinel(const Distrust& distrust);
-  SentinelLevel read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
-                             const std::vector<std::size_t>& pixels);
+  /// One reading, or why there is none; neither: the sample is too dark for a sentinel.
+  struct SentinelFound {
+    std::optional<SentinelReading> reading;
+    std::string unsteady;
+  };
+  SentinelFound read_sentinel(const Distrust& distrust);
+  struct ChannelFound {
+    SentinelLevel level;
+    std::string unsteady;  ///< as flicker(); the level then is none
+  };
+  ChannelFound read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
+                            const std::vector<std::size_t>& pixels);
   void compare_sentinel(const SentinelReading& reading, const Distrust& distrust);
 
   GuardedDevices& devices_;
@@ -84,6 +96,7 @@ class TrustChecks {
   bool tells_home_delta_ = false;
   bool sentinel_on_ = false;
   bool said_who_cannot_tell_ = false;
+  bool compared_with_last_part_ = false;
   std::chrono::nanoseconds last_check_{0};
   std::map<std::string, std::chrono::nanoseconds> exposures_;  ///< of the sentinel, by channel
   std::optional<SentinelVisit> first_;

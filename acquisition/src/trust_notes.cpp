@@ -28,6 +28,8 @@ std::optional<Number> number_in(std::string_view text) {
   return value;
 }
 
+/// The end of a text, so that one which is cut off says nothing of the kind.
+constexpr std::string_view kAllCompared = "; every axis that tells was compared";
 constexpr std::string_view kPointsWord = "points ";
 
 /// The points a text of suspect_text() names.
@@ -42,6 +44,16 @@ std::vector<int> points_in(std::string_view text) {
 }
 
 }  // namespace
+
+std::string home_delta_text(const std::vector<std::string>& axes, bool over_interruption,
+                            bool compared) {
+  return fmt::format("{}{}{}", over_interruption ? "over the interruption: " : "",
+                     fmt::join(axes, "; "), compared ? kAllCompared : "");
+}
+
+bool compares_all_axes(std::string_view home_delta_text) {
+  return home_delta_text.ends_with(kAllCompared);
+}
 
 SentinelChange sentinel_change(const SentinelLevel& earlier, const SentinelLevel& later,
                                double u_monitor) {

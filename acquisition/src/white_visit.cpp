@@ -53,7 +53,7 @@ std::string take_channel(const CaptureContext& context, const std::string& chann
   record.channel = channel;
   const BracketResult found = take_bracket(devices, context.instrument, context.options, regions,
                                            context.options.first_exposure, record, context.archive);
-  if (visit != WhiteVisit::opening) checks.require_lit(channel, found.lowest_monitor);
+  if (visit != WhiteVisit::opening) checks.require_lit(channel, found.highest_monitor);
   checks.set_lit_monitor(channel, found.highest_monitor);
   if (context.exposures) {
     context.exposures->see_white(channel, devices.joints(), found.brightest_dn_per_s);

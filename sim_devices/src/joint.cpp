@@ -60,6 +60,7 @@ Joint::Pace Joint::limited(const std::optional<Pace>& pace) const {
 Joint::Time Joint::start_homing(Time now, std::optional<Angle> mark, std::optional<Pace> pace) {
   const std::lock_guard lock(mutex_);
   held_.reset();
+  stood_before_home_.reset();
   before_homing_rad_ = state_at(now).motor_rad + slip_rad(now) + homing_error_rad_;
   const double next_error_rad =
       options_.homing_sigma.radians() * random::normal(homing_key_, homings_);

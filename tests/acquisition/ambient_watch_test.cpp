@@ -45,7 +45,9 @@ class AmbientWatchTest : public testing::Test {
   instrument::SensorModel sensor_;
   SessionOptions options_;
   Regions regions_;
-  AmbientWatch watch_{sensor_, options_};
+  std::vector<std::string> warnings_;
+  AmbientWatch watch_{sensor_, options_,
+                      [this](std::string text) { warnings_.push_back(std::move(text)); }};
 };
 
 TEST_F(AmbientWatchTest, TellsAStepOnce) {
@@ -74,18 +76,31 @@ TEST_F(AmbientWatchTest, LeavesWhatDoesNotMatterToTheWantedPrecision) {
 TEST_F(AmbientWatchTest, GivesUpWhereTheLightIsAnotherAtEveryPose) {
   look(10);
   int found = 0;
-  std::string last;
   for (int point = 0; point < 20; ++point) {
     const auto here = static_cast<std::uint16_t>(10 + 40 * (point % 2 + 1));
-    const std::string said = look(here);
-    if (!said.empty()) {
+    if (!look(here).empty()) {
       ++found;
-      last = said;
       EXPECT_THAT(look(here), IsEmpty()) << "measured again";
     }
   }
   EXPECT_EQ(found, 4);
-  EXPECT_THAT(last, HasSubstr("may differ by the pose"));
+  EXPECT_THAT(warnings_, testing::ElementsAre(HasSubstr("may differ by the pose")));
+}
+
+TEST_F(AmbientWatchTest, LooksAgainWhenTheLightWasSteadyForAWhile) {
+  std::uint16_t level = 10;
+  const auto step = [&] { return look(level = level == 10 ? 50 : 10); };
+  look(level);
+  for (int i = 0; i < 4; ++i) EXPECT_THAT(step(), HasSubstr("with the lamp off")) << i;
+  EXPECT_THAT(warnings_, testing::SizeIs(1));
+  for (int i = 0; i < 7; ++i) EXPECT_THAT(look(level), IsEmpty());
+  EXPECT_THAT(step(), IsEmpty()) << "it was not steady for long enough";
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_THAT(warnings_, testing::SizeIs(1)) << "after " << i;
+    EXPECT_THAT(look(level), IsEmpty());
+  }
+  EXPECT_THAT(warnings_, testing::ElementsAre(testing::_, HasSubstr("is looked at again")));
+  EXPECT_THAT(step(), HasSubstr("with the lamp off"));
 }
 
 TEST_F(AmbientWatchTest, DoesNotGiveUpForStepsNowAndThen) {

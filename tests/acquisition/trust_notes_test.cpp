@@ -42,6 +42,18 @@ TEST(SentinelChange, IsAsUncertainAsBothReadings) {
   EXPECT_GT(sentinel_change(before, after, 0.01).u, 0.014);
 }
 
+TEST(HomeDeltaNote, ChecksPointsOnlyWhereAllWasCompared) {
+  EXPECT_TRUE(compares_all_axes(home_delta_text({"arm +0.0010 deg"}, false, true)));
+  EXPECT_TRUE(
+      compares_all_axes(home_delta_text({"arm +0.0010 deg", "tilt cannot tell"}, true, true)));
+  EXPECT_FALSE(compares_all_axes(home_delta_text({"arm +0.0010 deg"}, false, false)));
+  EXPECT_FALSE(compares_all_axes(home_delta_text({"tilt cannot tell"}, true, false)));
+  const std::string whole = home_delta_text({"arm +0.0010 deg"}, true, true);
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    EXPECT_FALSE(compares_all_axes(std::string_view(whole).substr(0, length))) << length;
+  }
+}
+
 class Suspects : public testing::Test {
  protected:
   void finish_point(int point, seconds at) {

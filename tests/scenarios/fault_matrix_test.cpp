@@ -272,8 +272,9 @@ void FaultMatrix::break_world() {
     events = {{at, {}, 0.0, false}};
   } else if (cell_.fault == "3 % brighter beside its monitor") {
     events = {{at, {}, 1.03, false}};
-  } else if (cell_.fault == "5 % drift beside its monitor") {
-    events = {{at, end, 1.05, false}};
+  } else if (cell_.fault == "4 % drift beside its monitor") {
+    // From one sentinel to the next half of what would be a step: noise must not decide.
+    events = {{at, end, 1.04, false}};
   } else if (cell_.fault == "room light goes on") {
     world_.scene.ambient_steps = {{at, 0.01}};
   } else {

@@ -7,6 +7,7 @@
 
 #include "gonio/acquisition/session.h"
 #include "gonio/devices/device_error.h"
+#include "gonio/devices/homing_report.h"
 
 namespace gonio::acquisition {
 
@@ -15,6 +16,15 @@ inline constexpr std::chrono::nanoseconds kMayBeAway = std::chrono::minutes(1);
 
 /// Whether a device is gone, or was and knows no longer where it stands.
 bool dropped_off(devices::DeviceErrc code);
+
+/// What the homings of one axis have told since they were judged last. The first that tells counts:
+/// a homing sets the zero anew, and what it has put right no later one sees.
+struct HomingEvidence {
+  bool homed = false;                             ///< once at least
+  std::optional<devices::StoodBeforeHome> stood;  ///< of the first that told
+  /// One before that told nothing, and may have set the zero anew.
+  bool hidden = false;
+};
 
 /// The devices of a rig behind the rules every path keeps, in a session and by hand: whatever
 /// happens, axes stop and the shutter closes when this object ends; after a stop request nothing
@@ -41,6 +51,10 @@ class GuardedDevices {
   void home_all();
   /// One axis alone, the others standing where they are. Throws std::out_of_range.
   void home(std::size_t axis);
+  /// Of an axis that has the ability (devices::HomingReport), repeated and failed homings included.
+  const HomingEvidence& homing_evidence(std::size_t axis) const { return homings_.at(axis); }
+  /// It has been judged, or there is nothing to judge it by.
+  void forget_homing(std::size_t axis) { homings_.at(axis) = {}; }
   /// Starts from axes that know where they are, instead of homing. Throws NotHomed.
   void take_over();
   /// Goes there from where the encoders say the axes are, around keep-outs, each axis approached
@@ -82,7 +96,8 @@ class GuardedDevices {
   /// Which of the errors that a repetition may help are reason for one.
   enum class Again { after_all, not_after_timeout };
   void retrying(const std::function<void()>& call, Again again = Again::after_all);
-  void home(devices::RotationStage& stage);
+  void find_home(std::size_t axis);
+  void see_homing(std::size_t axis, bool homed);
   rig::Joints start_of_move(const rig::Joints& target);
   void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);
@@ -107,6 +122,7 @@ class GuardedDevices {
   rig::Joints joints_;
   rig::Joints last_reading_;
   rig::Joints sent_;  ///< where the axes were sent last; after an error, where they stood
+  std::vector<HomingEvidence> homings_;  ///< by axis
   /// Of each axis: it came to where it stands from its one side. Not known after homing, say.
   std::vector<bool> approached_;
   std::stop_callback<std::function<void()>> on_stop_;

@@ -26,6 +26,16 @@ inline constexpr const char* kUnbridgedNote = "unbridged";
 inline constexpr const char* kCameBackNote = "came back";
 /// The visit to the white that was under way does not count; why.
 inline constexpr const char* kWhiteAgainNote = "white again";
+/// What was read at the sentinel just before does not count, it is read again; why.
+inline constexpr const char* kSentinelAgainNote = "sentinel again";
+
+/// The text of a kHomeDeltaNote: what is said of each axis. `compared`: of every axis that tells it
+/// is known whether its count was right.
+std::string home_delta_text(const std::vector<std::string>& axes, bool over_interruption,
+                            bool compared);
+/// Whether points before such a note have been checked by it. False for a text that is none: the
+/// journal is not trusted.
+bool compares_all_axes(std::string_view home_delta_text);
 
 /// One channel of one visit to the sentinel, the fixed pose on the sample.
 struct SentinelLevel {

@@ -26,8 +26,8 @@ class HomingReport {
   virtual bool tells() const = 0;
 
   /// As of the last home(). Less what the axis said before, it is what was lost since: steps, or a
-  /// slip that its encoder does not see. Nothing before the first home(), after one that failed,
-  /// and where the axis cannot tell.
+  /// slip that its encoder does not see. Nothing before the first home(), after one that failed
+  /// before the mark was found for certain, and where the axis cannot tell.
   virtual std::optional<StoodBeforeHome> stood_before_home() const = 0;
 
  protected:
