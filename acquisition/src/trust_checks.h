@@ -99,7 +99,6 @@ class TrustChecks {
   bool compared_with_last_part_ = false;
   std::chrono::nanoseconds last_check_{0};
   std::map<std::string, std::chrono::nanoseconds> exposures_;  ///< of the sentinel, by channel
-  std::optional<SentinelVisit> first_;
   std::optional<SentinelVisit> last_;          ///< of this part
   std::map<std::string, double> slope_per_s_;  ///< relative, between the last two visits
   std::map<std::string, double> lit_monitor_;
