@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <tiffio.h>
 
+#include <cerrno>
 #include <memory>
 
 #include "gonio/errors/errors.h"
@@ -35,7 +36,9 @@ std::string write_frame_file(const std::filesystem::path& path, const devices::F
   silence_libtiff();
   files::AtomicFile file(path, overwrite);
   {
+    errno = 0;
     const Tiff tiff(TIFFOpen(file.temporary_path().c_str(), "w"));
+    if (!tiff && errno != 0) throw FileError(path, "write", errno);
     if (!tiff) throw FileError(path, "write", "libtiff cannot open it");
     const auto width = static_cast<std::uint32_t>(frame.width_px);
     const auto height = static_cast<std::uint32_t>(frame.height_px);

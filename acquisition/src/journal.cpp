@@ -49,6 +49,24 @@ std::string definition_of(std::string_view table) {
       table, fmt::join(columns_of(table), " TEXT NOT NULL, "));
 }
 
+constexpr std::array<const char*, 2> kChanges{"UPDATE", "DELETE"};
+
+std::string trigger_against(std::string_view change, std::string_view table) {
+  return fmt::format(
+      "CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN "
+      "SELECT RAISE(ABORT, 'rows of a session are never changed'); END",
+      table, change);
+}
+
+bool is_own_trigger(std::string_view sql) {
+  for (const auto& [table, columns] : tables()) {
+    for (const char* change : kChanges) {
+      if (trigger_against(change, table) == sql) return true;
+    }
+  }
+  return false;
+}
+
 /// Rows are numbered one by one; their successor must be a number, too.
 constexpr std::int64_t kMostRows = std::int64_t{1} << 40U;
 
@@ -152,12 +170,7 @@ Journal Journal::create(const std::filesystem::path& path) {
   for (const auto& entry : tables()) {
     const std::string& table = entry.first;
     schema += definition_of(table) + ";";
-    for (const char* change : {"UPDATE", "DELETE"}) {
-      schema += fmt::format(
-          "CREATE TRIGGER {0}_no_{1} BEFORE {1} ON {0} BEGIN "
-          "SELECT RAISE(ABORT, 'rows of a session are never changed'); END;",
-          table, change);
-    }
+    for (const char* change : kChanges) schema += trigger_against(change, table) + ";";
   }
   journal.run(schema + "COMMIT;");
   return journal;
@@ -232,6 +245,21 @@ void Journal::require_own_tables() const {
                             text == nullptr ? "is missing" : "is not defined as in a journal");
     }
     sqlite3_reset(select.get());
+  }
+  // A trigger of somebody else's could drop rows that the writer takes for acknowledged.
+  const Statement programs =
+      prepare("SELECT name, sql FROM sqlite_schema WHERE type IN ('trigger', 'view');");
+  for (;;) {
+    const int step = sqlite3_step(programs.get());
+    if (step == SQLITE_DONE) return;
+    if (step != SQLITE_ROW) fail("read");
+    const auto* name = sqlite3_column_text(programs.get(), 0);
+    const auto* text = sqlite3_column_text(programs.get(), 1);
+    const std::string found = text == nullptr ? "" : reinterpret_cast<const char*>(text);
+    if (is_own_trigger(found)) continue;
+    throw DataFormatError(path_, "schema",
+                          fmt::format("found a program {:?}, which is none of a journal's",
+                                      name == nullptr ? "" : reinterpret_cast<const char*>(name)));
   }
 }
 

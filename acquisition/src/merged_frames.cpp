@@ -14,6 +14,9 @@
 namespace gonio::acquisition {
 namespace {
 
+/// Of a lamp monitor, full scale 1: less is no reading, and nothing can be divided by it.
+constexpr double kLeastReading = 1e-9;
+
 double read_variance_dn2(const instrument::SensorModel& sensor) {
   const double read_dn = sensor.gain_dn_per_e * sensor.read_noise_e;
   return read_dn * read_dn + 1.0 / 12.0;
@@ -118,7 +121,8 @@ ChannelSignal merge_frames(const SessionReader& archive, const instrument::Instr
   for (const FrameRecord* record : frames) {
     images.push_back(archive.read_frame(*record));
     signal.monitor += record->monitor / static_cast<double>(frames.size());
-    signal.monitor_failed = signal.monitor_failed || (has_monitor && !(record->monitor > 0.0));
+    signal.monitor_failed =
+        signal.monitor_failed || (has_monitor && !(record->monitor > kLeastReading));
     signal.time_s +=
         devices::to_seconds(record->exposure_start) / static_cast<double>(frames.size());
     signal.longest_exposure_s =

@@ -88,6 +88,10 @@ std::map<int, FramesOfPoint> frames_of_measured_points(const SessionReader& arch
     if (record.kind == FrameKind::sample) frames.lit[record.channel].push_back(&record);
     if (record.kind == FrameKind::lamp_off) frames.lamp_off = &record;
   }
+  for (const auto& [point, outcome] : outcomes) {
+    if (outcome != PointOutcome::Measured || points.contains(point)) continue;
+    warnings.push_back(fmt::format("point {}: its row has no frames, left out", point));
+  }
   return points;
 }
 

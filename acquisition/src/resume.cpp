@@ -84,8 +84,15 @@ ResumeState resume_state(const SessionReader& archive) {
     } else if (const auto why = suspects.find(index); why != suspects.end()) {
       state.again.push_back(fmt::format("point {} is suspect ({})", index, why->second));
     } else {
+      const bool unchecked = point->finished_at > compared;
+      if (unchecked && archive.lost_rows()) {
+        // A check that found something may have been among them.
+        state.again.push_back(
+            fmt::format("point {} was measured after the last check that is not lost", index));
+        continue;
+      }
       state.done[index] = point->outcome;
-      if (point->finished_at > compared) state.unchecked.push_back(index);
+      if (unchecked) state.unchecked.push_back(index);
     }
   }
   return state;

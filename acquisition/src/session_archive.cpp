@@ -1,32 +1,23 @@
 #include "gonio/acquisition/session_archive.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <type_traits>
 
+#include "archive_rows.h"
+#include "frame_folder.h"
 #include "gonio/acquisition/archive_observer.h"
 #include "gonio/acquisition/frame_file.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/atomic_file.h"
 #include "gonio/files/sha256.h"
 #include "journal.h"
-#include "session_parts.h"
 
 namespace gonio::acquisition {
 namespace {
 
 constexpr const char* kJournalName = "session.sqlite";
 constexpr std::string_view kFrames = "frames";  ///< the table
-constexpr int kMaxFramePixels_px = 65536;
-constexpr int kMostPoints = 10'000'000;
-/// With all that its parts waited for each other: thirty years.
-constexpr std::chrono::nanoseconds kLongestSession = std::chrono::hours(24 * 365 * 30);
-
-std::string frame_file_name(std::int64_t id) { return fmt::format("frames/{:06}.tiff", id); }
 
 std::string degrees_text(const std::vector<Angle>& angles) {
   std::string text;
@@ -35,162 +26,6 @@ std::string degrees_text(const std::vector<Angle>& angles) {
     text += fmt::format("{}", angle.degrees());
   }
   return text;
-}
-
-/// Reads the values of one row in order; anything that is no number becomes a DataFormatError.
-class RowFields {
- public:
-  RowFields(const std::filesystem::path& path, std::string_view table, const Journal::Row& row)
-      : path_(path), table_(table), row_(row) {}
-
-  const std::string& text() { return row_.values.at(next_++); }
-  template <class Number>
-  Number number() {
-    return parse<Number>(text());
-  }
-  /// Of the session's clock, or an exposure: sums of a few stay within 64 bits.
-  std::chrono::nanoseconds nanoseconds() {
-    const std::chrono::nanoseconds time(number<std::int64_t>());
-    if (time < std::chrono::nanoseconds(0) || time > kLongestSession) {
-      fail(fmt::format("found a time of {} ns, expected 0 to {}", time.count(),
-                       kLongestSession.count()));
-    }
-    return time;
-  }
-  /// Of a plan; `lowest` -1: or of none.
-  int point(int lowest) {
-    const int point = number<int>();
-    if (point < lowest || point > kMostPoints) {
-      fail(fmt::format("found point {}, expected {} to {}", point, lowest, kMostPoints));
-    }
-    return point;
-  }
-  std::vector<Angle> angles() {
-    const std::string& all = text();
-    std::vector<Angle> result;
-    std::size_t at = 0;
-    while (at < all.size()) {
-      const std::size_t end = std::min(all.find(' ', at), all.size());
-      result.push_back(Angle::from_degrees(parse<double>(all.substr(at, end - at))));
-      at = end + 1;
-    }
-    return result;
-  }
-  template <class Enum>
-  Enum name(std::initializer_list<Enum> known) {
-    const std::string& word = text();
-    for (const Enum value : known) {
-      if (to_string(value) == word) return value;
-    }
-    fail(fmt::format("unknown word {:?}", word));
-  }
-  [[noreturn]] void fail(const std::string& why) const {
-    throw DataFormatError(path_, fmt::format("{} row {}", table_, row_.number), why);
-  }
-
- private:
-  template <class Number>
-  Number parse(const std::string& text) const {
-    Number value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size()) {
-      fail(fmt::format("found {:?}, expected a number", text));
-    }
-    if constexpr (std::is_floating_point_v<Number>) {
-      if (!std::isfinite(value)) fail(fmt::format("found {:?}, expected a finite number", text));
-    }
-    return value;
-  }
-
-  const std::filesystem::path& path_;
-  std::string_view table_;
-  const Journal::Row& row_;
-  std::size_t next_ = 0;
-};
-
-/// What is wrong with a frame's file against its journal entry; empty when nothing is. Who reads
-/// frames makes room for all pixels of the entry before the first is read.
-std::string fault_of(const std::filesystem::path& path, const std::string& sha256,
-                     const devices::Frame& shape) {
-  if (!std::filesystem::is_regular_file(path)) return "is missing";
-  const std::uintmax_t pixel_bytes =
-      sizeof(std::uint16_t) * std::uintmax_t(shape.width_px) * std::uintmax_t(shape.height_px);
-  if (std::filesystem::file_size(path) < pixel_bytes) return "is smaller than its pixels";
-  return files::sha256_of_file(path) == sha256 ? "" : "does not have its checksum";
-}
-
-devices::Frame shape_of(RowFields& fields) {
-  devices::Frame shape;
-  shape.width_px = fields.number<int>();
-  shape.height_px = fields.number<int>();
-  shape.pixel_format =
-      fields.name({devices::PixelFormat::mono, devices::PixelFormat::bayer_rggb,
-                   devices::PixelFormat::bayer_grbg, devices::PixelFormat::bayer_gbrg,
-                   devices::PixelFormat::bayer_bggr});
-  shape.saturation_level_dn = fields.number<std::uint16_t>();
-  shape.black_level_dn = fields.number<double>();
-  shape.gain_db = fields.number<double>();
-  if (shape.width_px < 1 || shape.height_px < 1 || shape.width_px > kMaxFramePixels_px ||
-      shape.height_px > kMaxFramePixels_px) {
-    fields.fail(fmt::format("a frame of {} x {} px", shape.width_px, shape.height_px));
-  }
-  return shape;
-}
-
-FrameRecord frame_record(RowFields& fields, std::int64_t number) {
-  FrameRecord record;
-  record.id = number;
-  record.kind = fields.name({FrameKind::dark, FrameKind::lamp_off, FrameKind::white,
-                             FrameKind::sample, FrameKind::sentinel});
-  record.point = fields.point(-1);
-  record.channel = fields.text();
-  record.joints = fields.angles();
-  record.joints_spread = fields.angles();
-  record.exposure = fields.nanoseconds();
-  if (record.exposure.count() <= 0) fields.fail("an exposure that is not positive");
-  record.exposure_start = fields.nanoseconds();
-  record.monitor = fields.number<double>();
-  record.camera_frame_id = fields.number<std::uint64_t>();
-  record.file = fields.text();
-  if (record.file != frame_file_name(number)) {
-    fields.fail(
-        fmt::format("frame file {:?}, expected {:?}", record.file, frame_file_name(number)));
-  }
-  record.sha256 = fields.text();
-  return record;
-}
-
-PointRecord point_record(RowFields& fields) {
-  PointRecord record;
-  record.point = fields.point(0);
-  record.commanded.theta_h = Angle::from_degrees(fields.number<double>());
-  record.commanded.theta_d = Angle::from_degrees(fields.number<double>());
-  record.commanded.phi_d = Angle::from_degrees(fields.number<double>());
-  const std::string& branch = fields.text();
-  if (branch.size() != 1) fields.fail(fmt::format("branch {:?}", branch));
-  record.branch = branch.front();
-  record.joints = fields.angles();
-  record.outcome = fields.name({PointOutcome::Measured, PointOutcome::Saturated,
-                                PointOutcome::TooDark, PointOutcome::Failed});
-  record.note = fields.text();
-  record.finished_at = fields.nanoseconds();
-  return record;
-}
-
-/// Removes what a killed writer left in frames/ from a frame without a row on. Returns their names.
-std::vector<std::string> remove_unacknowledged(const std::filesystem::path& folder,
-                                               std::int64_t next_frame) {
-  std::vector<std::string> removed;
-  const std::filesystem::path next = folder / frame_file_name(next_frame);
-  for (const auto& entry : std::filesystem::directory_iterator(folder / "frames")) {
-    const std::string name = entry.path().filename().string();
-    const bool hidden = name.starts_with(".") && name.ends_with(".part");
-    if (!hidden && entry.path() != next) continue;
-    removed.push_back("frames/" + name);
-  }
-  std::sort(removed.begin(), removed.end());
-  for (const std::string& name : removed) std::filesystem::remove(folder / name);
-  return removed;
 }
 
 }  // namespace
@@ -256,8 +91,8 @@ SessionWriter SessionWriter::resume(const std::filesystem::path& folder, files::
   writer.note(now, kResumedNote, text);
   // Space that was set aside is no frame that was lost.
   std::filesystem::remove(disk_reserve_file(folder));
-  for (const std::string& name : remove_unacknowledged(folder, writer.state_->next_frame)) {
-    writer.note(now, "cut back", name + " was never acknowledged, removed");
+  for (const std::string& done : cut_back(folder, writer.state_->next_frame - 1)) {
+    writer.note(now, "cut back", done);
   }
   return writer;
 }
@@ -333,6 +168,8 @@ void SessionWriter::observe(ArchiveObserver* observer) { state_->observer = obse
 
 SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(folder) {
   const std::filesystem::path path = folder / kJournalName;
+  // Before the rows: a session that goes on meanwhile adds files first.
+  const std::vector<std::int64_t> files = numbers_of_frame_files(folder);
   const Journal journal = Journal::open(path);
   const auto each_intact = [&](std::string_view table, auto&& read) {
     std::int64_t expected = 1;
@@ -383,6 +220,14 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
     notes_.push_back(std::move(note));
   });
   each_intact("finished", [&](RowFields&, const Journal::Row&) { finished_ = true; });
+  const std::vector<std::int64_t> left = without_rows(files, journal.last_number(kFrames));
+  lost_rows_ = left.size() > 1;
+  if (lost_rows_) {
+    damage_.push_back(fmt::format(
+        "frames {} to {} have files and no rows: the journal has lost its end, and with it what "
+        "was measured since frame {}",
+        left.front(), left.back(), journal.last_number(kFrames)));
+  }
 }
 
 SessionReader SessionReader::before_note(std::size_t index) const {

@@ -71,6 +71,11 @@ class HostileJournal : public testing::Test {
   std::filesystem::path journal_ = folder_ / "session.sqlite";
 };
 
+TEST_F(HostileJournal, WithATriggerThatDropsRowsIsRefused) {
+  run_sql(folder_, "CREATE TRIGGER zz BEFORE INSERT ON points BEGIN SELECT RAISE(IGNORE); END;");
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("schema"), HasSubstr("\"zz\"")));
+}
+
 TEST_F(HostileJournal, WithAViewForATableIsRefusedBeforeTheViewIsRun) {
   run_sql(folder_,
           "DROP TABLE notes; CREATE VIEW notes AS SELECT 1 AS number, '0' AS at_ns, 'a' AS kind, "

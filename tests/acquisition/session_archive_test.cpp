@@ -1,5 +1,6 @@
 #include "gonio/acquisition/session_archive.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sqlite3.h>
@@ -10,6 +11,8 @@
 #include <csignal>
 #include <fstream>
 
+#include "gonio/acquisition/frame_file.h"
+#include "gonio/acquisition/resume.h"
 #include "gonio/errors/errors.h"
 #include "run_sql.h"
 #include "temporary_folder.h"
@@ -205,6 +208,68 @@ TEST_F(SessionArchive, NoticesARowThatWasTakenOut) {
   write_two_frames();
   run_sql(folder_, "DROP TRIGGER frames_no_DELETE; DELETE FROM frames WHERE number = 1;");
   EXPECT_THAT(SessionReader(folder_).damage(), ElementsAre(HasSubstr("frames rows 1 to 1")));
+}
+
+/// Two frames and a point with rows, as many files again as `more` without.
+class LostRows : public SessionArchive {
+ protected:
+  void write_session(std::int64_t more) {
+    {
+      SessionWriter writer(folder_, {}, {});
+      writer.append(small_record(), small_frame(1));
+      writer.append(small_record(), small_frame(2));
+      PointRecord point;
+      point.point = small_record().point;
+      point.outcome = PointOutcome::Measured;
+      point.finished_at = std::chrono::seconds(80);
+      writer.append(point);
+    }
+    for (std::int64_t id = 3; id < 3 + more; ++id) {
+      write_frame_file(folder_ / fmt::format("frames/{:06}.tiff", id), small_frame(7));
+    }
+  }
+  std::vector<std::string> cut_back() {
+    SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)),
+                          std::chrono::seconds(90), std::chrono::seconds(0), "by a test")
+        .append(small_record(), small_frame(9));
+    std::vector<std::string> texts;
+    const SessionReader reader(folder_);
+    for (const SessionNote& note : reader.notes()) {
+      if (note.kind == "cut back") texts.push_back(note.text);
+    }
+    return texts;
+  }
+};
+
+TEST_F(LostRows, AreNotWhatAKillLeaves) {
+  write_session(1);
+  const SessionReader reader(folder_);
+  EXPECT_THAT(reader.damage(), IsEmpty());
+  EXPECT_EQ(resume_state(reader).done.size(), 1U);
+  EXPECT_THAT(cut_back(), ElementsAre("frames/000003.tiff was never acknowledged, removed"));
+}
+
+TEST_F(LostRows, AreSaidAndTheirFramesKept) {
+  write_session(2);
+  const SessionReader reader(folder_);
+  EXPECT_THAT(reader.damage(), ElementsAre(HasSubstr("frames 3 to 4 have files and no rows")));
+  EXPECT_THAT(resume_state(reader).again,
+              ElementsAre(HasSubstr("point 3 was measured after the last check")))
+      << "what a check said of it may be lost";
+  EXPECT_THAT(cut_back(), ElementsAre("frames/000003.tiff has lost its row, kept as "
+                                      "frames/000003.tiff.without-row-1",
+                                      "frames/000004.tiff has lost its row, kept as "
+                                      "frames/000004.tiff.without-row-1"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "frames/000004.tiff.without-row-1"));
+  const SessionReader after(folder_);
+  EXPECT_THAT(after.damage(), IsEmpty());
+  EXPECT_EQ(after.frames().back().id, 3);
+}
+
+TEST_F(SessionArchive, LeavesOutAFrameFileThatIsMuchLargerThanItsPixelsUnread) {
+  write_two_frames();
+  std::filesystem::resize_file(folder_ / "frames/000001.tiff", std::uintmax_t{1} << 40U);
+  EXPECT_THAT(SessionReader(folder_).damage(), ElementsAre(HasSubstr("is larger than its pixels")));
 }
 
 TEST_F(SessionArchive, CanBeReadWhereNothingMayBeWritten) {

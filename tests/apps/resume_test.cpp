@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -68,6 +69,38 @@ TEST_F(Resume, GivesTheSamplesOfTheUninterruptedSessionToTheByteAfterAKill) {
     EXPECT_EQ(samples_of(session), wanted);
     EXPECT_THAT(run({"resume", session}).error, HasSubstr("is finished"));
   }
+}
+
+TEST_F(Resume, SaysThatTheJournalHasLostItsEndKeepsTheFramesAndMeasuresAgain) {
+  run(measure("rig.toml", "whole"));
+  {
+    GonioProcess measuring(measure("slow.toml", "killed"), folder.path());
+    ASSERT_TRUE(measuring.wait_for("closing white"));
+    measuring.send(SIGKILL);
+    measuring.wait();
+  }
+  // All that a killed session has acknowledged is in the log yet.
+  const std::filesystem::path log = folder.path() / "killed/session.sqlite-wal";
+  std::filesystem::resize_file(log, std::filesystem::file_size(log) / 2);
+  EXPECT_THAT(status("killed", 4)["damage"].dump(), HasSubstr("the journal has lost its end"));
+  EXPECT_THAT(run({"resume", "killed", "--outage", "600"}).error,
+              HasSubstr("the journal has lost its end"));
+  EXPECT_EQ(status("killed", 0)["measured"], 5);
+  EXPECT_EQ(samples_of("killed"), samples_of("whole"));
+  int kept = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path() / "killed/frames")) {
+    kept += entry.path().filename().string().find("without-row") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GT(kept, 1);
+}
+
+TEST_F(Resume, CannotMendAFinishedSessionAndSaysSo) {
+  run(measure("rig.toml", "session"));
+  std::filesystem::resize_file(folder.path() / "session/frames/000030.tiff", 100);
+  EXPECT_THAT(run({"status", "session"}, 4).out, HasSubstr("complete, but damaged since"));
+  EXPECT_THAT(run({"resume", "session"}, 4).error,
+              AllOf(HasSubstr("frame 30"), HasSubstr("was damaged afterwards"),
+                    HasSubstr("a new session measures the rest")));
 }
 
 TEST_F(Resume, LeavesASessionAloneThatALiveProcessMeasures) {

@@ -43,9 +43,9 @@ const char* session_state(const acquisition::SessionReader& archive, bool has_wr
 
 /// With what can be done about it.
 std::string session_state_text(const std::string& state, const std::filesystem::path& folder,
-                               std::optional<pid_t> writer) {
+                               std::optional<pid_t> writer, bool damaged) {
   if (state == "running") return fmt::format("running, process {}", *writer);
-  if (state == "complete") return state;
+  if (state == "complete") return state + (damaged ? ", but damaged since: see below" : "");
   return fmt::format("{}; gonio resume {} goes on with it", state, printable_line(folder.string()));
 }
 
@@ -216,7 +216,8 @@ int status(Context& context, const StatusOptions& options) {
     context.console.result(json_text(result));
   } else {
     std::string text =
-        fmt::format("state            {}\n", session_state_text(state, folder, writer));
+        fmt::format("state            {}\n",
+                    session_state_text(state, folder, writer, !archive.damage().empty()));
     const auto count_of = [](std::size_t count, const char* what) {
       return count == 0 ? std::string() : fmt::format(", {} {}", count, what);
     };

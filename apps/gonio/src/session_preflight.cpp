@@ -222,13 +222,14 @@ SessionPreflight preflight_session(const acquisition::DeviceSet& devices,
   }
   if (result.found.forecast) {
     const acquisition::Forecast& forecast = *result.found.forecast;
-    const auto points = static_cast<int>(std::max<std::size_t>(session.plan.points.size(), 1));
-    const auto left = [&](int frames) {
-      return static_cast<int>(std::int64_t{frames} * (points - static_cast<int>(points_done)) /
-                              points);
-    };
-    result.disk = acquisition::disk_use(devices.camera->info(), left(forecast.frames),
-                                        left(forecast.frames_high),
+    // Darks, whites and checks of the rest are new ones.
+    const double done = static_cast<double>(points_done) /
+                        static_cast<double>(std::max<std::size_t>(session.plan.points.size(), 1));
+    int of_points = 0;
+    for (const acquisition::ForecastPoint& point : forecast.points) of_points += point.frames;
+    const auto saved = static_cast<int>(done * of_points);
+    result.disk = acquisition::disk_use(devices.camera->info(), forecast.frames - saved,
+                                        forecast.frames_high - saved,
                                         session.archive.empty() ? "." : session.archive);
     checks.push_back(acquisition::check_disk(*result.disk, session.archive));
     checks.push_back({"duration", CheckResult::pass, "about " + to_text(forecast.total_s)});

@@ -79,8 +79,9 @@ class SessionWriter {
   /// (resolved rig, plan, calibration) are stored as text under their names.
   SessionWriter(const std::filesystem::path& folder, const SessionMetadata& metadata,
                 const std::map<std::string, std::string>& configuration);
-  /// Goes on with a session that was not finished. Files beside the journal that no row tells of,
-  /// left by a kill, are removed and named in notes of kind "cut back". A note of kind "resumed"
+  /// Goes on with a session that was not finished. A frame's file that no row tells of, left by a
+  /// kill, is removed; more of them are of rows that were lost, and are kept under another name.
+  /// Notes of kind "cut back" name them. A note of kind "resumed"
   /// with `text` begins the new part at `begins_at`, which becomes the session's time of `now`,
   /// device clock. `lock` is that of session_lock(), taken before the archive was read. Throws
   /// std::logic_error for a finished session.
@@ -156,6 +157,9 @@ class SessionReader {
     std::optional<int> point;
   };
   const std::vector<LostFrames>& lost_frames() const { return lost_frames_; }
+  /// Whether the journal has lost rows at its end (a log that was damaged or not copied): points,
+  /// checks and notes that were acknowledged may be missing.
+  bool lost_rows() const { return lost_rows_; }
 
   /// Width and height in px of a frame of frames().
   std::pair<int, int> frame_size(const FrameRecord& record) const;
@@ -173,6 +177,7 @@ class SessionReader {
   std::vector<LostFrames> lost_frames_;
   std::map<std::int64_t, devices::Frame> shapes_;  ///< per frame id, without pixels
   bool finished_ = false;
+  bool lost_rows_ = false;
 };
 
 }  // namespace gonio::acquisition
