@@ -33,8 +33,9 @@ class AmbientWatch {
   /// much that it matters to the wanted precision where the target is dimmest; empty: nothing. The
   /// level found is what the next one is compared with. Where every other frame says so the light
   /// differs by the pose or never rests, and measuring again would not help: there is a warning,
-  /// and nothing is said of changes until the light was steady for a while. `target`   What the
-  /// frame shows, compared with the last frame of the same if there is one: a
+  /// and nothing is said of changes until the light was steady for a while.
+  ///
+  /// `target`   What the frame shows, compared with the last frame of the same if there is one: a
   ///            lit room looks another in a white and in a dark sample.
   /// `regions`  Of the target, not empty.
   /// `dimmest_dn_per_s`  The least signal of a region of it under the lamp, above black; 0: none

@@ -37,6 +37,10 @@ HomeDelta home_delta(const std::string& axis, const HomingEvidence& evidence, An
     found.text += ", but could not tell: a homing before may have set its zero anew";
     return found;
   }
+  if (found.lost.empty() && abs(delta) + within > kLargestHomeDelta) {
+    found.text += ", which is too uncertain to tell";
+    return found;
+  }
   found.compared = true;
   return found;
 }

@@ -251,6 +251,13 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   for (const auto& [point, why] : suspects) {
     reduction.warnings.push_back(fmt::format("point {}: suspect: {}", point, why));
   }
+  std::vector<int> unjudged = unjudged_points(archive);
+  std::erase_if(unjudged, [&](int point) { return suspects.contains(point); });
+  if (!unjudged.empty()) {
+    reduction.warnings.push_back(fmt::format(
+        "points {}: an axis that was homed after them could not tell whether it had been in order",
+        fmt::join(unjudged, " ")));
+  }
   const double u_drift = white.u_unseen();
   std::vector<int> without_level;
 

@@ -79,6 +79,8 @@ class Session {
     }
     result_.duration_s = seconds_since_start();
     result_.measured = points_.measured();
+    result_.measured_now = static_cast<int>(taken_.size());
+    result_.suspect = static_cast<int>(suspects_.size());
     result_.planned = points_.planned();
     return std::move(result_);
   }
@@ -100,6 +102,10 @@ class Session {
       begin_subject(context_, kSentinelSubject);
       checks_.visit_sentinel({});
     });
+    if (checks_.awaits_sentinel()) {
+      throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(),
+                                 "no steady light at the sentinel");
+    }
     std::string unbridged = checks_.compare_light_with_last_part();
     if (!unbridged.empty()) result_.warnings.push_back(std::move(unbridged));
     if (!take_points() || paused()) return;
@@ -136,15 +142,24 @@ class Session {
       // What the itinerary foresees comes at its places, and in time also when points take longer
       // than foreseen or are taken again.
       const bool planned = !all_taken && points_.check_stands_before(*points_.left().begin());
+      if (!all_taken) time_left_.comes_to(*points_.left().begin());
       if (all_taken || (planned && since_check_ > 0) || checks_.due(since_check_)) {
         report("check");
-        despite_losses("check", [this] {
+        despite_losses("check", [this, all_taken] {
           begin_subject(context_, kSentinelSubject);
           const TrustChecks::Compared compared = checks_.check(
               [this](const std::string& why) { distrust_unchecked(axes_unchecked_, why); },
               [this](const std::string& why) { distrust_unchecked(light_unchecked_, why); });
           if (compared.axes) axes_unchecked_.clear();
           if (compared.light) light_unchecked_.clear();
+          // Homing has put right what may have been lost, so no later check can tell; and behind
+          // the last sentinel there is none that could.
+          if (!axes_unchecked_.empty()) {
+            distrust_unchecked(axes_unchecked_, "an axis could not tell whether it was in order");
+          }
+          if (all_taken && !light_unchecked_.empty()) {
+            distrust_unchecked(light_unchecked_, "the last sentinel could not be read");
+          }
         });
         since_check_ = 0;
         continue;
@@ -253,6 +268,7 @@ class Session {
     archive_.note(devices_.now(), kSuspectNote, suspect_text({points.begin(), points.end()}, why));
     result_.warnings.push_back(fmt::format("{} point(s) suspect: {}", points.size(), why));
     for (const int point : points) points_.take_again_once(point);
+    suspects_.insert(points.begin(), points.end());
   }
 
   /// Whether the session is to end here for now.
@@ -337,6 +353,8 @@ class Session {
     point.finished_at = devices_.now();
     archive_.append(point);
     points_.acknowledge(point.point, point.outcome);
+    if (point.outcome == PointOutcome::Measured) taken_.insert(point.point);
+    suspects_.erase(point.point);
   }
 
   void warn(std::string text) {
@@ -377,6 +395,8 @@ class Session {
   /// Points since every axis that tells was found in order, also of the part before.
   std::set<int> axes_unchecked_;
   std::set<int> light_unchecked_;  ///< points since a sentinel was compared with the one before
+  std::set<int> taken_;            ///< points measured in this part
+  std::set<int> suspects_;         ///< and not measured since they became it
   bool taken_since_white_ = false;
   SessionResult result_;
 };

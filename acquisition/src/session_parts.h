@@ -7,9 +7,6 @@
 
 namespace gonio::acquisition {
 
-/// Kind of the note that begins every part of a session but its first.
-inline constexpr const char* kResumedNote = "resumed";
-
 /// The parts of a session, one process each. Darks and whites of a part belong to its points; a
 /// point measured again belongs to the part that acknowledged it last.
 class SessionParts {

@@ -23,6 +23,9 @@ class TimeLeft {
   /// A point took so long, way included.
   void took(int point, double seconds);
 
+  /// What stands before this point is behind, or is done now.
+  void comes_to(int point) { before_.erase(point); }
+
   /// From the beginning of a phase (SessionProgress::phase) to the end of the session, with these
   /// points to be measured yet. A point that the itinerary does not have counts as the mean of
   /// those it has.

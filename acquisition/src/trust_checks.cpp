@@ -182,24 +182,31 @@ TrustChecks::SentinelFound TrustChecks::read_sentinel(const Distrust& distrust) 
   if (regions.empty()) return {};
   SentinelReading reading;
   for (const devices::LightChannel& channel : devices_.devices().light->channels()) {
-    devices_.light(channel.name);
-    if (!exposures_.contains(channel.name)) {
-      FrameRecord record;
-      record.kind = FrameKind::sentinel;
-      record.channel = channel.name;
-      const BracketResult found = take_bracket(devices_, instrument_, options_, regions,
-                                               options_.first_exposure, record, archive_);
-      if (found.dark_regions == found.regions || found.saturated_regions > 0) return {};
-      exposures_[channel.name] = found.start;
-    }
     for (int tries = 0;; ++tries) {
-      ChannelFound found = read_channel(channel.name, exposures_.at(channel.name), regions.front());
-      if (found.unsteady.empty()) {
-        reading[channel.name] = found.level;
-        break;
+      std::string unsteady;
+      if (!exposures_.contains(channel.name)) {
+        devices_.light(channel.name);
+        FrameRecord record;
+        record.kind = FrameKind::sentinel;
+        record.channel = channel.name;
+        const BracketResult found = take_bracket(devices_, instrument_, options_, regions,
+                                                 options_.first_exposure, record, archive_);
+        require_lit(channel.name, found.highest_monitor);
+        unsteady = flicker(channel.name, found.lowest_monitor, found.highest_monitor);
+        if (unsteady.empty()) {
+          if (found.dark_regions == found.regions || found.saturated_regions > 0) return {};
+          exposures_[channel.name] = found.start;
+        }
       }
-      if (tries >= options_.retries) return {std::nullopt, std::move(found.unsteady)};
-      archive_.note(devices_.now(), kSentinelAgainNote, found.unsteady);
+      if (unsteady.empty()) {
+        ChannelFound found =
+            read_channel(channel.name, exposures_.at(channel.name), regions.front());
+        unsteady = std::move(found.unsteady);
+        reading[channel.name] = found.level;
+      }
+      if (unsteady.empty()) break;
+      if (tries >= options_.retries) return {std::nullopt, std::move(unsteady)};
+      archive_.note(devices_.now(), kSentinelAgainNote, unsteady);
     }
   }
   for (const auto& [channel, level] : reading) {
@@ -231,12 +238,16 @@ TrustChecks::ChannelFound TrustChecks::read_channel(const std::string& channel,
   devices_.light(channel);
   double lit_dn = 0.0;
   double monitor = 0.0;
+  bool saturated = false;
   LightWatch light(devices_);
   for (int i = 0; i < kSentinelFrames; ++i) {
     FrameRecord own = record;
     const devices::Frame frame =
         capture_standing(devices_, exposure, own, [&] { light.during(exposure); });
     own.monitor = light.read();
+    saturated = saturated || std::any_of(pixels.begin(), pixels.end(), [&](std::size_t pixel) {
+                  return frame.pixels_dn[pixel] >= frame.saturation_level_dn;
+                });
     lit_dn += mean_dn(frame) / kSentinelFrames;
     monitor += own.monitor / kSentinelFrames;
     archive_.append(std::move(own), frame);
@@ -245,6 +256,7 @@ TrustChecks::ChannelFound TrustChecks::read_channel(const std::string& channel,
   require_lit(channel, light.highest());
   ChannelFound found;
   found.unsteady = flicker(channel, light.lowest(), light.highest());
+  if (saturated) found.unsteady = "the sentinel saturates in channel " + channel;
   if (!found.unsteady.empty()) return found;
   FrameRecord dark = record;
   dark.channel.clear();

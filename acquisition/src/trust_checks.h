@@ -45,6 +45,8 @@ class TrustChecks {
   /// whether it was compared, or there is no sentinel: not by a lamp that flickers there however
   /// often it is read.
   bool visit_sentinel(const Distrust& distrust);
+  /// Whether there are sentinels and none could be read yet: nothing to compare the next with.
+  bool awaits_sentinel() const { return sentinel_on_ && !last_; }
   /// What a check has compared, or what there is nothing to compare of: points before one that
   /// could not tell are as unchecked after it.
   struct Compared {
@@ -99,7 +101,7 @@ class TrustChecks {
   bool compared_with_last_part_ = false;
   std::chrono::nanoseconds last_check_{0};
   std::map<std::string, std::chrono::nanoseconds> exposures_;  ///< of the sentinel, by channel
-  std::optional<SentinelVisit> last_;          ///< of this part
+  std::optional<SentinelVisit> last_;                          ///< of this part
   std::map<std::string, double> slope_per_s_;  ///< relative, between the last two visits
   std::map<std::string, double> lit_monitor_;
 };

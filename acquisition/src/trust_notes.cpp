@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -55,6 +56,22 @@ bool compares_all_axes(std::string_view home_delta_text) {
   return home_delta_text.ends_with(kAllCompared);
 }
 
+std::vector<int> unjudged_points(const SessionReader& archive) {
+  std::map<int, std::chrono::nanoseconds> finished;  // by the row that counts
+  for (const PointRecord& point : archive.points()) finished[point.point] = point.finished_at;
+  std::vector<int> points;
+  auto before = std::chrono::nanoseconds(-1);
+  for (const SessionNote& note : archive.notes()) {
+    if (note.kind != kHomeDeltaNote) continue;
+    for (const auto& [point, at] : finished) {
+      if (at > before && at <= note.at && !compares_all_axes(note.text)) points.push_back(point);
+    }
+    before = note.at;
+  }
+  std::sort(points.begin(), points.end());
+  return points;
+}
+
 SentinelChange sentinel_change(const SentinelLevel& earlier, const SentinelLevel& later,
                                double u_monitor) {
   const double of_one = std::hypot(u_monitor, kSentinelRepeatability);
@@ -88,6 +105,18 @@ std::optional<SentinelReading> sentinel_from_text(std::string_view text) {
   }
   if (reading.empty()) return std::nullopt;
   return reading;
+}
+
+std::string text_for_people(const SessionNote& note) {
+  const auto reading =
+      note.kind == kSentinelNote ? sentinel_from_text(note.text) : std::optional<SentinelReading>();
+  if (!reading) return note.text;
+  std::string text;
+  for (const auto& [channel, level] : *reading) {
+    text += fmt::format("{}{} {:.6g} DN/s, noise {:.2g} %", text.empty() ? "" : ", ", channel,
+                        level.level_dn_per_s, 100.0 * level.relative_sigma);
+  }
+  return text;
 }
 
 std::vector<SentinelVisit> sentinel_visits(const SessionReader& archive) {

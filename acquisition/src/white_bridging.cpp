@@ -114,8 +114,8 @@ void put_apart(const std::vector<std::size_t>& chain,
 bool is_one_light(const PartBridge& bridge) { return !bridge.is_applied() && !bridge.is_refused(); }
 
 /// Joins a part without a white to one that has some and a sentinel, where it has sentinels itself.
-/// Where whites and sentinels contradict each other the white may have become dirty or the sample
-/// have changed, before or behind: then only a sentinel that reads as before attaches it.
+/// Where no bridge leads over it, or whites and sentinels contradict each other, the sample may
+/// have changed: then only a sentinel that reads as before attaches it.
 void join_without_white(const std::vector<PartSentinel>& sentinels, std::size_t part,
                         double u_monitor, WhiteLevel& level) {
   const std::vector<LightCurve::Reading> own = of_part(sentinels, part);
@@ -126,17 +126,17 @@ void join_without_white(const std::vector<PartSentinel>& sentinels, std::size_t 
     if (visit.part < part) before = visit.part;
     if (visit.part > part && !after) after = visit.part;
   }
-  const bool refused =
-      std::any_of(level.bridges.begin(), level.bridges.end(),
-                  [part](const PartBridge& each) { return each.is_refused() && each.spans(part); });
+  const bool bridged = std::any_of(
+      level.bridges.begin(), level.bridges.end(),
+      [part](const PartBridge& each) { return !each.is_refused() && each.spans(part); });
   if (before) {
     const std::vector<LightCurve::Reading> others = of_part(sentinels, *before);
-    if (!others.empty() && !(refused && is_told(others.back(), own.front(), u_monitor))) {
+    if (!others.empty() && (bridged || !is_told(others.back(), own.front(), u_monitor))) {
       level.stretches[part] = level.stretches[*before];
       return;
     }
   }
-  if (after && !refused && !of_part(sentinels, *after).empty()) {
+  if (after && bridged && !of_part(sentinels, *after).empty()) {
     level.stretches[part] = level.stretches[*after];
   }
 }
@@ -175,7 +175,10 @@ void find_shapes(const std::vector<PartSentinel>& sentinels, double u_monitor, W
     });
     if (!tells) continue;
     const std::vector<LightCurve::Reading> own = of_part(sentinels, part);
-    const bool seen = !own.empty() && LightCurve(own).shows_drift();
+    // Readings that differ by noise alone have no slope to go on with.
+    const bool seen = std::any_of(own.begin(), own.end(), [&](const auto& each) {
+      return is_told(own.front(), each, u_monitor);
+    });
     level.shapes.emplace(part, LightCurve(seen ? own : all->second));
   }
 }

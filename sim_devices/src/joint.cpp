@@ -60,7 +60,6 @@ Joint::Pace Joint::limited(const std::optional<Pace>& pace) const {
 Joint::Time Joint::start_homing(Time now, std::optional<Angle> mark, std::optional<Pace> pace) {
   const std::lock_guard lock(mutex_);
   held_.reset();
-  stood_before_home_.reset();
   before_homing_rad_ = state_at(now).motor_rad + slip_rad(now) + homing_error_rad_;
   const double next_error_rad =
       options_.homing_sigma.radians() * random::normal(homing_key_, homings_);
@@ -68,6 +67,11 @@ Joint::Time Joint::start_homing(Time now, std::optional<Angle> mark, std::option
   slip_found_ = slip_found_ || now >= options_.slips_at;
   lost_rad_ = 0.0;
   return drive_to(mark.value_or(home_).radians(), now, options_.index_search, limited(pace));
+}
+
+void Joint::forget_homing() {
+  const std::lock_guard lock(mutex_);
+  stood_before_home_.reset();
 }
 
 void Joint::lose_steps(Angle by) {

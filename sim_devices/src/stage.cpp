@@ -15,6 +15,7 @@ SimRotationStage::SimRotationStage(const rig::Axis& axis, Joint& joint, VirtualC
     : gate_(axis.name, {axis.min, axis.max}), joint_(joint), clock_(clock), tells_(tells) {}
 
 void SimRotationStage::home(std::chrono::milliseconds timeout) {
+  joint_.forget_homing();
   devices::Clock::Duration settled;
   {
     const auto hold = gate_.hold_for_homing();

@@ -48,6 +48,8 @@ TEST_F(TimeLeftTest, WhatIsDoneIsNotCounted) {
   left_.took(0, 10.0);
   EXPECT_DOUBLE_EQ(left_.from("point", {1, 2}), 50.0 + kBetween_s + kClosing_s);
   EXPECT_DOUBLE_EQ(left_.from("white", {2}), 30.0 + kBetween_s + kClosing_s) << "in between";
+  left_.comes_to(2);
+  EXPECT_DOUBLE_EQ(left_.from("point", {2}), 30.0 + kClosing_s) << "its check and white are done";
   EXPECT_DOUBLE_EQ(left_.from("closing white", {}), 44.0 + 6.0);
   EXPECT_DOUBLE_EQ(left_.from("park", {}), 6.0);
 }

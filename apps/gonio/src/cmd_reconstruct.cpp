@@ -101,7 +101,7 @@ int reconstruct(Context& context, const ReconstructOptions& options) {
     throw;
   }
   if (!bands && options.force) std::filesystem::remove(bands_path);
-  context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2f}, innovation {:.2f}",
+  context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2g}, innovation {:.2g}",
                                   options.out, samples.samples.size(), fit.chi2_per_sample,
                                   fit.innovation_chi2_per_sample));
   context.console.result(options.json ? json_text(verdict_json(verdict)) : verdict.line + "\n");

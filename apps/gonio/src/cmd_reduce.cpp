@@ -23,8 +23,8 @@ struct ReduceOptions {
 std::string unfinished_text(const StoredSession& session) {
   if (session.archive.finished()) return "";
   return session.archive.folder().string() +
-         ": the session did not come to its end: points are missing, and no white closes it; what "
-         "the lamp did since the last one is not known";
+         ": the session did not come to its end: points may be missing, and where no white closes "
+         "it, what the lamp did since the last one is not known";
 }
 
 /// How well points measured twice agree; those that do not are among the warnings.

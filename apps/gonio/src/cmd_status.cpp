@@ -74,7 +74,7 @@ Changed changed_by(const std::vector<acquisition::LoggedDecision>& decisions) {
   return changed;
 }
 
-/// The last thing that was acknowledged; empty: nothing was.
+/// The last frame; empty: there is none.
 std::string latest_text(const acquisition::SessionReader& archive) {
   if (archive.frames().empty()) return "";
   const acquisition::FrameRecord& frame = archive.frames().back();
@@ -94,22 +94,9 @@ std::string sentinel_change_text(const acquisition::SessionReader& archive) {
     text += fmt::format("{}{} {:+.2f} %", text.empty() ? "" : ", ", channel,
                         100.0 * (last->second.level_dn_per_s / first.level_dn_per_s - 1.0));
   }
+  if (text.empty()) return "";
   return fmt::format("{} since the first of {} readings, over {}", text, visits.size(),
                      duration_text(devices::to_seconds(visits.back().at - visits.front().at)));
-}
-
-/// A note as people read it.
-std::string note_text(const acquisition::SessionNote& note) {
-  if (note.kind != acquisition::kSentinelNote) return printable_line(note.text);
-  const auto reading = acquisition::sentinel_from_text(note.text);
-  if (!reading) return printable_line(note.text);
-  std::string text;
-  for (const auto& [channel, level] : *reading) {
-    text +=
-        fmt::format("{}{} {:.4g} DN/s +- {:.2g} %", text.empty() ? "" : ", ",
-                    printable_line(channel), level.level_dn_per_s, 100.0 * level.relative_sigma);
-  }
-  return text;
 }
 
 std::vector<std::string> reasons_of(const std::vector<acquisition::LoggedDecision>& decisions) {
@@ -245,10 +232,16 @@ int status(Context& context, const StatusOptions& options) {
       if (!value.empty() && !in_calibration_text(key))
         text += fmt::format("{:<24} {}\n", printable_line(key), printable_line(value));
     }
-    for (const auto& point : archive.points()) {
-      text += fmt::format("point {:3}  {:<32} {}{}{}\n", point.point, to_text(point.commanded),
+    std::map<int, std::size_t> last_rows;
+    for (std::size_t i = 0; i < archive.points().size(); ++i) {
+      last_rows[archive.points()[i].point] = i;
+    }
+    for (std::size_t i = 0; i < archive.points().size(); ++i) {
+      const acquisition::PointRecord& point = archive.points()[i];
+      text += fmt::format("point {:3}  {:<32} {}{}{}{}\n", point.point, to_text(point.commanded),
                           acquisition::to_string(point.outcome), point.note.empty() ? "" : ": ",
-                          printable_line(point.note));
+                          printable_line(point.note),
+                          last_rows[point.point] == i ? "" : " (measured again since)");
     }
     for (const auto& each : decisions) {
       text += fmt::format("{:8.1f} s  decision: {}\n", devices::to_seconds(each.at),
@@ -257,7 +250,8 @@ int status(Context& context, const StatusOptions& options) {
     for (const auto& note : archive.notes()) {
       if (note.kind == acquisition::kDecisionNote) continue;
       text += fmt::format("{:8.1f} s  {}: {}\n", devices::to_seconds(note.at),
-                          printable_line(note.kind), note_text(note));
+                          printable_line(note.kind),
+                          printable_line(acquisition::text_for_people(note)));
     }
     for (const std::string& damage : archive.damage())
       text += "damaged: " + printable_line(damage) + "\n";

@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/basis/siblings.h"
 #include "gonio/basis/uncertainty.h"
 #include "gonio/devices/clock.h"
@@ -18,33 +19,87 @@
 namespace gonio::cli {
 namespace {
 
-struct PointTimes {
-  double first_s = std::numeric_limits<double>::infinity();
+double begins_s(const acquisition::FrameRecord& frame) {
+  return devices::to_seconds(frame.exposure_start);
+}
+double ends_s(const acquisition::FrameRecord& frame) {
+  return begins_s(frame) + devices::to_seconds(frame.exposure);
+}
+
+/// Where the time from the beginning to the last frame went: what lies before a frame is the way to
+/// it, or the readout of the one before.
+std::vector<report::TimingEntry> timing_of(const acquisition::SessionReader& archive) {
+  std::vector<double> resumed_s;
+  for (const acquisition::SessionNote& note : archive.notes()) {
+    if (note.kind == acquisition::kResumedNote) resumed_s.push_back(devices::to_seconds(note.at));
+  }
+  auto resumed = resumed_s.begin();
+  double around_s = 0.0;
+  double checks_s = 0.0;
+  double travel_s = 0.0;
   double exposure_s = 0.0;
-};
+  double readout_s = 0.0;
+  double interrupted_s = 0.0;
+  double now_s = 0.0;
+  int point_before = -1;
+  for (const acquisition::FrameRecord& frame : archive.frames()) {
+    for (; resumed != resumed_s.end() && *resumed <= begins_s(frame); ++resumed) {
+      interrupted_s += std::max(0.0, *resumed - now_s);
+      now_s = std::max(now_s, *resumed);
+      point_before = -1;
+    }
+    const double before_s = std::max(0.0, begins_s(frame) - now_s);
+    const double exposed_s = devices::to_seconds(frame.exposure);
+    if (frame.point >= 0) {
+      (frame.point == point_before ? readout_s : travel_s) += before_s;
+      exposure_s += exposed_s;
+    } else {
+      (frame.kind == acquisition::FrameKind::sentinel ? checks_s : around_s) +=
+          before_s + exposed_s;
+    }
+    point_before = frame.point;
+    now_s = std::max(now_s, ends_s(frame));
+  }
+  return {{"Homing, darks and whites", around_s},
+          {"Travel, settling and home checks", travel_s},
+          {"Exposures", exposure_s},
+          {"Readout and bracketing", readout_s},
+          {"Sentinels", checks_s},
+          {"Interruptions", interrupted_s}};
+}
+
+/// The rows of points that count, in time: the last of each.
+std::vector<acquisition::PointRecord> last_rows(const acquisition::SessionReader& archive) {
+  std::vector<acquisition::PointRecord> rows = archive.points();
+  std::map<int, std::size_t> last;
+  for (std::size_t i = 0; i < rows.size(); ++i) last[rows[i].point] = i;
+  std::size_t index = 0;
+  std::erase_if(rows,
+                [&](const acquisition::PointRecord& row) { return last[row.point] != index++; });
+  return rows;
+}
+
+/// Sets when the point was come to and how long it took, by the frames that its last row ends.
+void set_times(const acquisition::SessionReader& archive, const acquisition::PointRecord& row,
+               report::MeasuredPose& pose) {
+  const double finished_s = devices::to_seconds(row.finished_at);
+  const auto& frames = archive.frames();
+  auto first = frames.end();
+  for (auto frame = frames.begin(); frame != frames.end() && begins_s(*frame) <= finished_s;
+       ++frame) {
+    const bool of_another = frame == frames.begin() || std::prev(frame)->point != row.point;
+    if (frame->point == row.point && of_another) first = frame;
+  }
+  if (first == frames.end()) return;
+  pose.dwell_s = std::max(0.0, finished_s - begins_s(*first));
+  if (first != frames.begin()) {
+    pose.travel_s = std::max(0.0, begins_s(*first) - ends_s(*std::prev(first)));
+  }
+}
 
 void add_poses_and_timing(const StoredSession& session, report::ReportData& data) {
   const acquisition::SessionReader& archive = session.archive;
-  std::map<int, PointTimes> times;
-  double last_s = 0.0;
-  double exposure_s = 0.0;
-  double opening_s = 0.0;  // the end of the last white before the first point
-  for (const acquisition::FrameRecord& frame : archive.frames()) {
-    const double start = devices::to_seconds(frame.exposure_start);
-    last_s = std::max(last_s, start + devices::to_seconds(frame.exposure));
-    if (frame.point < 0) {
-      if (times.empty()) opening_s = start + devices::to_seconds(frame.exposure);
-      continue;
-    }
-    PointTimes& point = times[frame.point];
-    point.first_s = std::min(point.first_s, start);
-    point.exposure_s += devices::to_seconds(frame.exposure);
-    exposure_s += devices::to_seconds(frame.exposure);
-  }
-  double before_s = opening_s;
-  double travel_s = 0.0;
-  double dwell_s = 0.0;
-  for (const acquisition::PointRecord& point : archive.points()) {
+  for (const acquisition::PointRecord& point : last_rows(archive)) {
     report::MeasuredPose pose;
     pose.pose = point.point;
     pose.direction = point.commanded;
@@ -56,21 +111,10 @@ void add_poses_and_timing(const StoredSession& session, report::ReportData& data
     }
     pose.branch = point.branch;
     pose.outcome = acquisition::to_string(point.outcome);
-    const auto found = times.find(point.point);
-    if (found != times.end()) {
-      pose.travel_s = std::max(0.0, found->second.first_s - before_s);
-      pose.dwell_s = std::max(0.0, devices::to_seconds(point.finished_at) - found->second.first_s);
-    }
-    before_s = devices::to_seconds(point.finished_at);
-    travel_s += pose.travel_s;
-    dwell_s += pose.dwell_s;
+    set_times(archive, point, pose);
     data.poses.push_back(std::move(pose));
   }
-  data.timing = {{"Homing, darks and opening white", opening_s},
-                 {"Travel and settling", travel_s},
-                 {"Exposures", exposure_s},
-                 {"Readout and bracketing", std::max(0.0, dwell_s - exposure_s)},
-                 {"Closing white", std::max(0.0, last_s - before_s)}};
+  data.timing = timing_of(archive);
 }
 
 }  // namespace
@@ -105,6 +149,10 @@ report::ReportData session_report(const StoredSession& session) {
                      {"Plan SHA-256", metadata(archive, "plan_sha256")}};
   for (const std::string& damage : archive.damage()) data.warnings.push_back("Archive: " + damage);
   if (!archive.finished()) data.warnings.emplace_back("The session was interrupted.");
+  if (const auto suspects = acquisition::suspect_points(archive); !suspects.empty()) {
+    data.warnings.push_back(fmt::format("{} of {} points are suspect by the session's own checks.",
+                                        suspects.size(), data.poses.size()));
+  }
   for (const acquisition::SessionNote& note : archive.notes()) {
     if (note.kind == "warning") data.warnings.push_back(note.text);
     if (note.kind == acquisition::kSuspectNote) {

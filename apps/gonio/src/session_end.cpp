@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <functional>
-#include <ranges>
 
 #include "gonio/devices/device_error.h"
 #include "gonio/errors/errors.h"
@@ -47,10 +45,7 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
   });
   const std::unique_ptr<LiveSession> live = live_session(
       console, watching, session, {[&pause] { pause.request(); }, [&stop] { stop.request(); }});
-  const int done_before =
-      resumed ? static_cast<int>(std::ranges::count(resumed->state.done | std::views::values,
-                                                    acquisition::PointOutcome::Measured))
-              : 0;
+  const bool goes_on = resumed.has_value();
   acquisition::SessionResult result;
   try {
     result = run_session(console, session, stop.token(), pause.token(), std::move(resumed),
@@ -72,9 +67,14 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
   for (const std::string& warning : result.warnings) console.warn(warning);
   console.say(fmt::format(
       "{}: {} of {} directions{} in {} of session time", archive, result.measured, result.planned,
-      done_before > 0 ? fmt::format(", {} of them now,", result.measured - done_before)
-                      : std::string(),
+      goes_on ? fmt::format(", {} of them now,", result.measured_now) : std::string(),
       duration_text(result.duration_s)));
+  if (result.suspect > 0) {
+    console.warn(
+        fmt::format("{} of them are suspect by the session's own checks; gonio status {} "
+                    "says why",
+                    result.suspect, archive));
+  }
   if (result.complete) return kSuccess;
   console.error(fmt::format("{}: {} after {} of {} directions", archive,
                             why_incomplete(result, stop.token()), result.measured, result.planned),

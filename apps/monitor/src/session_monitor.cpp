@@ -11,6 +11,8 @@ namespace {
 
 constexpr std::size_t kNotesKept = 100;
 constexpr int kSpotHalfWidth_px = 8;
+/// Pages ask once a second.
+constexpr std::chrono::seconds kSomebodyLooks{3};
 
 /// What is told must not come back as an error: who looks on does not end a session.
 template <class Work>
@@ -55,14 +57,13 @@ void SessionMonitor::on_frame(const acquisition::FrameRecord& record,
       if (signal && record.kind == acquisition::FrameKind::sample) {
         point_signal_[record.channel] = *signal;
       }
-      wanted = frame_wanted_;
+      wanted = !frame_ || std::chrono::steady_clock::now() < frames_wanted_until_;
     }
     if (!wanted) return;
     // Without the lock: a large frame takes a while to copy.
     auto copy = std::make_shared<const devices::Frame>(frame);
     const std::lock_guard lock(mutex_);
     frame_ = HeldFrame{record, std::move(copy)};
-    frame_wanted_ = false;
   });
 }
 
@@ -166,7 +167,7 @@ std::vector<SessionMonitor::Point> SessionMonitor::points(std::size_t from,
 
 std::optional<SessionMonitor::HeldFrame> SessionMonitor::frame() {
   const std::lock_guard lock(mutex_);
-  frame_wanted_ = true;
+  frames_wanted_until_ = std::chrono::steady_clock::now() + kSomebodyLooks;
   return frame_;
 }
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <mutex>
 
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/devices/clock.h"
 #include "page_parts.h"
 
@@ -40,8 +41,9 @@ nlohmann::ordered_json lamp_json(const SessionMonitor::Snapshot& now) {
 nlohmann::ordered_json notes_json(const SessionMonitor::Snapshot& now) {
   nlohmann::ordered_json notes = nlohmann::ordered_json::array();
   for (const acquisition::SessionNote& note : now.notes) {
-    notes.push_back(
-        {{"at_s", devices::to_seconds(note.at)}, {"kind", note.kind}, {"text", note.text}});
+    notes.push_back({{"at_s", devices::to_seconds(note.at)},
+                     {"kind", note.kind},
+                     {"text", acquisition::text_for_people(note)}});
   }
   return notes;
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string_view>
 
 #include "gonio/basis/siblings.h"
 #include "gonio/brdf/shading_geometry.h"
@@ -20,6 +22,24 @@ constexpr double kCaution = 0.5;
 /// Samples that fit this many times worse than any left-out training material's are of another
 /// kind, whatever picture is expected: the outlook is learnt from that kind alone.
 constexpr double kForeignInnovation = 2.0;
+
+struct Suspects {
+  std::size_t suspect = 0;
+  std::size_t all = 0;
+};
+
+/// Poses whose samples have the flag that a session gives to what its checks did not trust.
+Suspects suspect_poses(const samples::SampleSet& samples) {
+  constexpr std::string_view kFlag = "suspect";
+  std::set<int> suspect;
+  std::set<int> all;
+  for (const samples::Sample& sample : samples.samples) {
+    all.insert(sample.pose);
+    const std::string words = ";" + sample.flags + ";";
+    if (words.find(fmt::format(";{};", kFlag)) != std::string::npos) suspect.insert(sample.pose);
+  }
+  return {suspect.size(), all.size()};
+}
 
 /// What all but one in twenty of the left-out materials stay below.
 double usual_limit(const std::vector<double>& ascending) {
@@ -108,6 +128,11 @@ Verdict judge(const basis::Basis& basis, const samples::SampleSet& samples, cons
                     "over {} pairs)",
                     verdict.reciprocity.rms_z, verdict.reciprocity.pairs.size()));
     advice = "check alignment, white reference and stray light, then measure again";
+  }
+  if (const Suspects suspects = suspect_poses(samples); suspects.suspect > 0) {
+    reasons.push_back(fmt::format("{} of {} poses are suspect by the session's own checks",
+                                  suspects.suspect, suspects.all));
+    advice = "see why (gonio status), then measure again";
   }
   if (!verdict.energy.passed) {
     reasons.push_back(fmt::format("it would reflect {:.0f} % of the light that falls in",

@@ -13,9 +13,9 @@ using devices::DeviceErrc;
 using devices::DeviceError;
 
 void AptStage::home(std::chrono::milliseconds timeout) {
+  stood_before_home_.reset();
   gate_.require_not_stopped();
   const Time deadline = devices::deadline_after(clock_, timeout);
-  stood_before_home_.reset();
   if (!link_->port().connected()) reconnect();
   losing_home([&] {
     set_up();  // it may have been switched off since

@@ -17,11 +17,11 @@ using devices::DeviceError;
 using Host = std::chrono::steady_clock;
 
 void ModbusStage::home(std::chrono::milliseconds timeout) {
+  stood_before_home_.reset();
   const Clock::Duration deadline = devices::deadline_after(clock_, timeout);
   { const auto hold = gate_.hold_for_homing(); }
   target_steps_.reset();
   settled_ = false;
-  stood_before_home_.reset();
   try {
     if (!identified_) identify();
     make_ready_for_homing();

@@ -96,7 +96,9 @@ struct SessionProgress {
 };
 
 struct SessionResult {
-  int measured = 0;  ///< with those done before
+  int measured = 0;      ///< with those done before
+  int suspect = 0;       ///< of those measured now, in the end
+  int measured_now = 0;  ///< in this part, also once more
   std::vector<std::string> warnings;
   double duration_s = 0.0;
   int planned = 0;          ///< points, with those added and without those dropped

@@ -122,6 +122,8 @@ std::filesystem::path session_lock(const std::filesystem::path& folder);
 /// Where DiskReserve sets space aside in an archive.
 std::filesystem::path disk_reserve_file(const std::filesystem::path& folder);
 
+/// Kind of the note that begins every part of a session but its first.
+inline constexpr const char* kResumedNote = "resumed";
 /// Kind of the note that ends a part of a session which was asked to pause.
 inline constexpr const char* kPausedNote = "paused";
 

@@ -37,6 +37,10 @@ std::string home_delta_text(const std::vector<std::string>& axes, bool over_inte
 /// journal is not trusted.
 bool compares_all_axes(std::string_view home_delta_text);
 
+/// Points that lie before a comparison of home marks which could not tell of every axis, and behind
+/// the one before it: homing has put right what may have been lost there, so nobody will know.
+std::vector<int> unjudged_points(const SessionReader& archive);
+
 /// One channel of one visit to the sentinel, the fixed pose on the sample.
 struct SentinelLevel {
   double level_dn_per_s = 0.0;  ///< mean over the sample, per unit of lamp monitor, background off
@@ -73,6 +77,9 @@ struct SentinelVisit {
   SentinelReading reading;
 };
 /// In time.
+/// A note's text as people read it: levels and per cent instead of a sentinel's record.
+std::string text_for_people(const SessionNote& note);
+
 std::vector<SentinelVisit> sentinel_visits(const SessionReader& archive);
 
 std::string suspect_text(const std::vector<int>& points, const std::string& why);

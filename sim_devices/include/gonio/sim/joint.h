@@ -46,6 +46,8 @@ class Joint {
   Time start_homing(Time now, std::optional<Angle> mark = std::nullopt,
                     std::optional<Pace> pace = std::nullopt);
   void finish_homing();
+  /// What the last homing found is old: another begins.
+  void forget_homing();
   /// Where it stood when the last homing began, by the zero that it found. Nothing before the first
   /// and after one that did not finish.
   std::optional<Angle> stood_before_home() const;

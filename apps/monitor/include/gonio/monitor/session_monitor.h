@@ -88,7 +88,8 @@ class SessionMonitor final : public acquisition::ArchiveObserver {
   Snapshot snapshot() const;
   /// At most `most` points in the order they were told, from the `from`-th on.
   std::vector<Point> points(std::size_t from, std::size_t most) const;
-  /// Asks for a newer one as well, to be had the next time. None: no frame yet.
+  /// The newest while somebody asks every few seconds; the first time it may be an old one. None:
+  /// no frame yet.
   std::optional<HeldFrame> frame();
 
  private:
@@ -107,7 +108,7 @@ class SessionMonitor final : public acquisition::ArchiveObserver {
   std::map<std::string, double> point_signal_;  ///< of the point under way
   std::map<std::string, ThinnedSeries> lamp_;
   std::optional<HeldFrame> frame_;
-  bool frame_wanted_ = true;
+  std::chrono::steady_clock::time_point frames_wanted_until_;
 };
 
 }  // namespace gonio::monitor
