@@ -158,6 +158,11 @@ bool TrustChecks::visit_sentinel(const Distrust& distrust) {
   if (!sentinel_on_) return true;
   const SentinelFound found = read_sentinel(distrust);
   if (!found.unsteady.empty()) {
+    if (found.saturated) {
+      if (distrust) distrust(found.unsteady);
+      throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().camera->name(),
+                                 found.unsteady);
+    }
     archive_.note(devices_.now(), "warning", "no sentinel this time: " + found.unsteady);
     return false;
   }
@@ -184,6 +189,7 @@ TrustChecks::SentinelFound TrustChecks::read_sentinel(const Distrust& distrust) 
   for (const devices::LightChannel& channel : devices_.devices().light->channels()) {
     for (int tries = 0;; ++tries) {
       std::string unsteady;
+      bool saturated = false;
       if (!exposures_.contains(channel.name)) {
         devices_.light(channel.name);
         FrameRecord record;
@@ -202,10 +208,11 @@ TrustChecks::SentinelFound TrustChecks::read_sentinel(const Distrust& distrust) 
         ChannelFound found =
             read_channel(channel.name, exposures_.at(channel.name), regions.front());
         unsteady = std::move(found.unsteady);
+        saturated = found.saturated;
         reading[channel.name] = found.level;
       }
       if (unsteady.empty()) break;
-      if (tries >= options_.retries) return {std::nullopt, std::move(unsteady)};
+      if (tries >= options_.retries) return {std::nullopt, std::move(unsteady), saturated};
       archive_.note(devices_.now(), kSentinelAgainNote, unsteady);
     }
   }
@@ -218,7 +225,7 @@ TrustChecks::SentinelFound TrustChecks::read_sentinel(const Distrust& distrust) 
     if (distrust) distrust(why);
     throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().light->name(), why);
   }
-  return {std::move(reading), {}};
+  return {std::move(reading), {}, false};
 }
 
 TrustChecks::ChannelFound TrustChecks::read_channel(const std::string& channel,
@@ -256,6 +263,8 @@ TrustChecks::ChannelFound TrustChecks::read_channel(const std::string& channel,
   require_lit(channel, light.highest());
   ChannelFound found;
   found.unsteady = flicker(channel, light.lowest(), light.highest());
+  // In the exposure that was chosen for it: light or camera changed by much.
+  found.saturated = saturated;
   if (saturated) found.unsteady = "the sentinel saturates in channel " + channel;
   if (!found.unsteady.empty()) return found;
   FrameRecord dark = record;

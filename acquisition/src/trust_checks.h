@@ -79,11 +79,13 @@ class TrustChecks {
   struct SentinelFound {
     std::optional<SentinelReading> reading;
     std::string unsteady;
+    bool saturated = false;  ///< which is no flicker
   };
   SentinelFound read_sentinel(const Distrust& distrust);
   struct ChannelFound {
     SentinelLevel level;
-    std::string unsteady;  ///< as flicker(); the level then is none
+    std::string unsteady;  ///< as flicker(), or that it saturates; the level then is none
+    bool saturated = false;
   };
   ChannelFound read_channel(const std::string& channel, std::chrono::nanoseconds exposure,
                             const std::vector<std::size_t>& pixels);

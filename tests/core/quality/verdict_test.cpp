@@ -19,11 +19,12 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
-Verdict verdict_on(const brdf::BrdfModel& model) {
-  const samples::SampleSet samples = measured(model);
+Verdict verdict_of(const samples::SampleSet& samples) {
   const basis::Fit fit = basis::fit(trained(), samples);
   return judge(trained(), samples, fit, basis::expand(trained(), fit.coefficients), nullptr);
 }
+
+Verdict verdict_on(const brdf::BrdfModel& model) { return verdict_of(measured(model)); }
 
 TEST(Verdict, TrustsMaterialsOfTheTrainedKind) {
   for (const int index : {40, 57, 63}) {
@@ -103,6 +104,16 @@ TEST(Verdict, NamesTheChecksThatFailed) {
   EXPECT_EQ(misaligned.trusted, false);
   EXPECT_THAT(misaligned.line, HasSubstr("exchanging lamp and camera"));
   EXPECT_THAT(misaligned.line, HasSubstr("check alignment"));
+}
+
+TEST(Verdict, DoesNotTrustWhatTheSessionsOwnChecksDidNot) {
+  samples::SampleSet samples = measured(Paint(40));
+  ASSERT_NE(verdict_of(samples).trusted, false);
+  samples.samples[1].flags = "dark;suspect";
+  const Verdict verdict = verdict_of(samples);
+  EXPECT_EQ(verdict.trusted, false);
+  EXPECT_THAT(verdict.line, HasSubstr("1 of "));
+  EXPECT_THAT(verdict.line, HasSubstr("suspect by the session's own checks"));
 }
 
 TEST(Verdict, AllowsExchangedDirectionsToLieApartOnAGloss) {
