@@ -146,11 +146,20 @@ TEST_P(ForecastOf, TellsASessionsDurationWithinFivePercent) {
   SessionWriter archive(folder.path() / "session", {}, {});
   sim::SimGoniometer world(world_);
   std::map<std::string, double> begins;
+  std::map<std::string, double> ends_at_s;  // as said when a phase began last
   const SessionResult result = run_session(
       devices_of(world), known_, plan_, options_, archive,
-      [&](const SessionProgress& now) { begins.emplace(now.phase, now.elapsed_s); }, {},
-      expecting(expectation));
+      [&](const SessionProgress& now) {
+        begins.emplace(now.phase, now.elapsed_s);
+        ends_at_s[now.phase] = now.elapsed_s + now.remaining_s;
+      },
+      {}, expecting(expectation));
   const double took_s = result.duration_s;
+  EXPECT_NEAR(ends_at_s["home"], known.total_s.expected, 1e-6 * took_s);
+  for (const char* phase : {"dark", "white", "point", "check", "closing white", "park"}) {
+    EXPECT_NEAR(ends_at_s[phase], took_s, kBar * took_s) << phase;
+  }
+  EXPECT_NEAR(ends_at_s["park"], took_s, 0.5);
   EXPECT_NEAR(known.total_s.expected, took_s, kBar * took_s);
   RecordProperty("predicted_of_taken", std::to_string(known.total_s.expected / took_s));
 

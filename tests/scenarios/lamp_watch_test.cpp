@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "gonio/acquisition/archive_observer.h"
 #include "gonio/acquisition/trust_notes.h"
 #include "steady_session.h"
 
@@ -106,6 +107,45 @@ TEST_F(LampWatch, WhatASentinelInFlickeringLightDidNotCheckTheNextOneChecks) {
   EXPECT_THAT(notes(acquisition::kSuspectNote),
               ElementsAre(AllOf(StartsWith("points 0 1 2 3 4 5 6 7: "),
                                 HasSubstr("sentinel changed by +"))));
+}
+
+TEST_F(LampWatch, PointsThatNoSentinelComesBehindAreMeasuredAgain) {
+  EXPECT_TRUE(begin_dipping("check", 12, [](int reading) { return reading % 3 == 0; }).complete);
+  EXPECT_THAT(
+      notes(acquisition::kSuspectNote),
+      ElementsAre(AllOf(StartsWith("points 8 9 10 11: "), HasSubstr("last sentinel could not"))));
+  EXPECT_THAT(SessionReader(session_).points(), SizeIs(16));
+  EXPECT_THAT(acquisition::suspect_points(SessionReader(session_)), IsEmpty());
+}
+
+/// Whether the session has been at its sentinel.
+class SentinelSeen final : public acquisition::ArchiveObserver {
+ public:
+  bool seen = false;
+  void on_frame(const acquisition::FrameRecord& record, const devices::Frame&) noexcept override {
+    seen = seen || record.kind == acquisition::FrameKind::sentinel;
+  }
+  void on_point(const acquisition::PointRecord&) noexcept override {}
+  void on_note(const acquisition::SessionNote&) noexcept override {}
+};
+
+TEST_F(LampWatch, ASessionThatCannotReadItsFirstSentinelEnds) {
+  sim::SimGoniometer world(world_);
+  acquisition::SessionWriter archive(session_, {{"sample_id", "plate"}}, {});
+  SentinelSeen sentinel;
+  archive.observe(&sentinel);
+  int reading = 0;
+  try {
+    run(world, archive, [&](const SessionProgress&) {
+      monitor_->dips = [&] { return sentinel.seen && reading++ % 3 == 0; };
+    });
+    FAIL() << "went on without a sentinel";
+  } catch (const devices::DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no steady light at the sentinel"));
+  }
+  EXPECT_THAT(notes(acquisition::kSentinelAgainNote),
+              SizeIs(static_cast<std::size_t>(options_.retries)));
+  EXPECT_THAT(SessionReader(session_).points(), IsEmpty());
 }
 
 TEST_F(LampWatch, ALampThatIsOffAtTheSentinelEndsTheSession) {
