@@ -79,7 +79,7 @@ class Session {
     }
     result_.duration_s = seconds_since_start();
     result_.measured = points_.measured();
-    result_.measured_now = static_cast<int>(taken_.size());
+    result_.measured_now = static_cast<int>(std::count(taken_.begin(), taken_.end(), true));
     result_.suspect = static_cast<int>(suspects_.size());
     result_.planned = points_.planned();
     return std::move(result_);
@@ -353,7 +353,11 @@ class Session {
     point.finished_at = devices_.now();
     archive_.append(point);
     points_.acknowledge(point.point, point.outcome);
-    if (point.outcome == PointOutcome::Measured) taken_.insert(point.point);
+    if (point.outcome == PointOutcome::Measured) {
+      const auto index = static_cast<std::size_t>(point.point);
+      taken_.resize(std::max(taken_.size(), index + 1));
+      taken_[index] = true;
+    }
     suspects_.erase(point.point);
   }
 
@@ -395,7 +399,7 @@ class Session {
   /// Points since every axis that tells was found in order, also of the part before.
   std::set<int> axes_unchecked_;
   std::set<int> light_unchecked_;  ///< points since a sentinel was compared with the one before
-  std::set<int> taken_;            ///< points measured in this part
+  std::vector<bool> taken_;        ///< by point: measured in this part
   std::set<int> suspects_;         ///< and not measured since they became it
   bool taken_since_white_ = false;
   SessionResult result_;
