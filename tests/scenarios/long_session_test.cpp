@@ -21,6 +21,8 @@ constexpr double kEightHours_s = 8.0 * 3600.0;
 /// doubles.
 constexpr double kDimmer = 63.0;
 constexpr double kFlat = 0.05;
+/// The simulator's own record of the lamp's drift doubles once on the way, at 2^14 s.
+constexpr double kSimulatorsRecord_mb = 0.53;
 constexpr int kLooks = 20;
 
 /// What this process holds in memory that no file backs, MB (proc(5), /proc/pid/statm, pages:
@@ -83,7 +85,8 @@ TEST_F(LongSession, HoldsNoMoreMemoryAndFilesInTheEndThanInTheBeginning) {
   looks.erase(0);
   const Look first = looks.begin()->second;
   for (const auto& [points, look] : looks) {
-    EXPECT_NEAR(look.memory_mb, first.memory_mb, kFlat * first.memory_mb) << points << " points";
+    EXPECT_NEAR(look.memory_mb, first.memory_mb, kFlat * first.memory_mb + kSimulatorsRecord_mb)
+        << points << " points";
     EXPECT_EQ(look.descriptors, first.descriptors) << points << " points";
   }
 }
