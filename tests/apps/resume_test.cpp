@@ -94,6 +94,14 @@ TEST_F(Resume, SaysThatTheJournalHasLostItsEndKeepsTheFramesAndMeasuresAgain) {
   EXPECT_GT(kept, 1);
 }
 
+TEST_F(Resume, TakesAFinishedSessionWhosePointsStayedSuspectForNoDamagedOne) {
+  // Home marks that are found a tenth of a degree off each time.
+  folder.write("loose.toml", "[simulation]\nhoming_sigma_deg = 0.1\n");
+  EXPECT_THAT(run(measure("loose.toml", "session")).error, HasSubstr("suspect"));
+  EXPECT_FALSE(status("session", 0)["suspects"].empty());
+  EXPECT_THAT(run({"resume", "session"}).error, HasSubstr("is finished, there is nothing left"));
+}
+
 TEST_F(Resume, CannotMendAFinishedSessionAndSaysSo) {
   run(measure("rig.toml", "session"));
   std::filesystem::resize_file(folder.path() / "session/frames/000030.tiff", 100);

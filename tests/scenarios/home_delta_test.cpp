@@ -98,14 +98,7 @@ class HomeDeltas : public SteadySession {
     return set;
   }
 
-  std::vector<std::string> notes(const std::string& kind) const {
-    const SessionReader archive(session_);
-    std::vector<std::string> texts;
-    for (const acquisition::SessionNote& note : archive.notes()) {
-      if (note.kind == kind) texts.push_back(note.text);
-    }
-    return texts;
-  }
+  std::vector<std::string> notes(const std::string& kind) const { return notes_of(session_, kind); }
   std::vector<std::string> suspects() const { return notes(acquisition::kSuspectNote); }
   std::vector<std::string> deltas() const { return notes(acquisition::kHomeDeltaNote); }
 

@@ -63,14 +63,7 @@ class LampWatch : public SteadySession {
     });
   }
 
-  std::vector<std::string> notes(const std::string& kind) const {
-    const SessionReader archive(session_);
-    std::vector<std::string> texts;
-    for (const acquisition::SessionNote& note : archive.notes()) {
-      if (note.kind == kind) texts.push_back(note.text);
-    }
-    return texts;
-  }
+  std::vector<std::string> notes(const std::string& kind) const { return notes_of(session_, kind); }
 
   mutable std::unique_ptr<DippingMonitor> monitor_;
   TemporaryFolder folder_;

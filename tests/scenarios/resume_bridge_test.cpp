@@ -59,14 +59,7 @@ class ResumeBridge : public SteadySession {
     }
   }
 
-  std::vector<std::string> notes(const std::string& kind) const {
-    const acquisition::SessionReader archive(session_);
-    std::vector<std::string> texts;
-    for (const acquisition::SessionNote& note : archive.notes()) {
-      if (note.kind == kind) texts.push_back(note.text);
-    }
-    return texts;
-  }
+  std::vector<std::string> notes(const std::string& kind) const { return notes_of(session_, kind); }
 
   /// Of the mean of each pose's samples, in their common uncertainty.
   double worst_z(const Reduction& found) const {

@@ -171,6 +171,17 @@ class SteadySession : public testing::Test {
     return worst;
   }
 
+  /// The texts of the notes of a kind, in their order.
+  static std::vector<std::string> notes_of(const std::filesystem::path& folder,
+                                           const std::string& kind) {
+    std::vector<std::string> texts;
+    const acquisition::SessionReader archive(folder);
+    for (const acquisition::SessionNote& note : archive.notes()) {
+      if (note.kind == kind) texts.push_back(note.text);
+    }
+    return texts;
+  }
+
   std::string samples_of(const std::filesystem::path& folder) const {
     const TemporaryFolder scratch;
     samples::write_samples(scratch.path() / "samples.csv", reduced(folder).samples);

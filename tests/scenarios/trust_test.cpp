@@ -63,14 +63,7 @@ class Trust : public SteadySession {
     return folder;
   }
 
-  std::vector<std::string> notes(const std::string& kind) const {
-    const SessionReader archive(session_);
-    std::vector<std::string> texts;
-    for (const acquisition::SessionNote& note : archive.notes()) {
-      if (note.kind == kind) texts.push_back(note.text);
-    }
-    return texts;
-  }
+  std::vector<std::string> notes(const std::string& kind) const { return notes_of(session_, kind); }
 
   /// How often each point was acknowledged.
   std::vector<int> times_taken() const {

@@ -160,9 +160,8 @@ int resume(Context& context, const ResumeOptions& options) {
   }
   const StoredSession stored = open_session(folder);
   acquisition::ResumeState state = acquisition::resume_state(stored.archive);
-  if (state.finished && (!state.again.empty() || !stored.archive.damage().empty())) {
+  if (state.finished && !stored.archive.damage().empty()) {
     for (const std::string& damage : stored.archive.damage()) context.console.warn(damage);
-    for (const std::string& again : state.again) context.console.warn(again);
     context.console.error(
         options.session + ": is finished, and was damaged afterwards",
         "what was lost cannot be measured in it again; gonio reduce takes what is "
