@@ -286,11 +286,23 @@ void GuardedDevices::stand_still() {
     approached_.assign(rig_.axes.size(), false);
   } catch (const devices::DeviceError& error) {
     // Where the axes stand is not known, so no way from here can be checked.
+    if (dropped_off(error.code())) read_what_answers();
     make_safe(devices_);
     if (dropped_off(error.code())) throw;
     throw devices::DeviceError(
         devices::DeviceErrc::Fault, error.device(),
         fmt::format("does not stand still after an error: {}", error.what()));
+  }
+}
+
+void GuardedDevices::read_what_answers() {
+  for (std::size_t i = 0; i < devices_.stages.size(); ++i) {
+    try {
+      devices_.stages[i]->rearm();
+      last_reading_[i] = devices_.stages[i]->wait_until_settled(options_.move_timeout);
+    } catch (const devices::DeviceError&) {
+      // Of this one it stays what it was before the move.
+    }
   }
 }
 

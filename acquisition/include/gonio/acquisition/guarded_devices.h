@@ -72,7 +72,8 @@ class GuardedDevices {
   void come_back();
   /// What the encoders read now, once all axes stand. Does not change joints().
   rig::Joints read_joints();
-  /// What they read last: by read_joints(), or on arrival. Nothing was sent to move since.
+  /// What they read last: by read_joints(), on arrival, or where they stopped after an error.
+  /// Nothing was sent to move since, but for an axis that dropped off: that may be on its way.
   const rig::Joints& last_reading() const { return last_reading_; }
   void light(const std::string& channel);
   void close_shutter() noexcept;
@@ -101,6 +102,8 @@ class GuardedDevices {
   rig::Joints start_of_move(const rig::Joints& target);
   void travel(const rig::Joints& from, const rig::Joints& target);
   void read_back(std::size_t axis);
+  /// A slip of the axes that stay is judged by where they stopped, when another drops off.
+  void read_what_answers();
   void read_back_together();
 
   const DeviceSet& devices_;
