@@ -11,7 +11,8 @@ namespace gonio {
 std::string read_bytes(const std::filesystem::path& path);
 void write_bytes(const std::filesystem::path& path, std::string_view bytes);
 
-/// A fresh folder under the system's temporary folder, removed with everything in it at the end.
+/// A fresh folder, in memory where that is large enough, else under the system's temporary folder;
+/// removed with everything in it at the end.
 class TemporaryFolder {
  public:
   TemporaryFolder();
