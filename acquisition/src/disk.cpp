@@ -10,6 +10,7 @@
 
 #include "gonio/acquisition/session_archive.h"
 #include "gonio/errors/errors.h"
+#include "gonio/files/process_lock.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -91,8 +92,10 @@ DiskReserve::DiskReserve(const std::filesystem::path& session, std::uint64_t byt
 }
 
 DiskReserve::~DiskReserve() {
+  // In a folder that was moved it has another name, and this one may be another session's.
+  const bool still_ours = files::names_open_file(path_, file_);
   ::close(file_);
-  ::unlink(path_.c_str());
+  if (still_ours) ::unlink(path_.c_str());
 }
 
 void DiskReserve::keep(std::uint64_t bytes) noexcept {

@@ -94,6 +94,33 @@ TEST_F(Resume, SaysThatTheJournalHasLostItsEndKeepsTheFramesAndMeasuresAgain) {
   EXPECT_GT(kept, 1);
 }
 
+TEST_F(Resume, WritesNothingIntoAnotherSessionThatWasPutInItsPlaceMeanwhile) {
+  run(measure("rig.toml", "whole"));
+  const std::string wanted = samples_of("whole");
+  for (const bool replaced : {true, false}) {
+    SCOPED_TRACE(replaced);
+    const std::string session = replaced ? "replaced" : "only moved";
+    GonioProcess measuring(measure("slow.toml", session), folder.path());
+    ASSERT_TRUE(measuring.wait_for("closing white"));
+    std::filesystem::rename(folder.path() / session, folder.path() / (session + " away"));
+    if (replaced) {
+      std::filesystem::copy(folder.path() / "whole", folder.path() / session,
+                            std::filesystem::copy_options::recursive);
+    }
+    const Ended ended = measuring.wait();
+    EXPECT_EQ(ended.exit_code, 4) << ended.error;
+    EXPECT_THAT(ended.error, AllOf(HasSubstr("was moved, replaced or deleted meanwhile"),
+                                   HasSubstr("gonio resume FOLDER, where it is now")));
+    if (replaced) {
+      EXPECT_EQ(samples_of(session), wanted);
+    } else {
+      EXPECT_FALSE(std::filesystem::exists(folder.path() / session));
+    }
+    run({"resume", session + " away", "--outage", "600"});
+    EXPECT_EQ(samples_of(session + " away"), wanted);
+  }
+}
+
 TEST_F(Resume, TakesAFinishedSessionWhosePointsStayedSuspectForNoDamagedOne) {
   // Home marks that are found a tenth of a degree off each time.
   folder.write("loose.toml", "[simulation]\nhoming_sigma_deg = 0.1\n");

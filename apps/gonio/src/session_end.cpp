@@ -52,6 +52,10 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
                          live ? &live->monitor() : nullptr);
   } catch (const files::HeldByAnother&) {
     throw;
+  } catch (const acquisition::FolderMoved& error) {
+    if (live) live->end("failed");
+    console.error(error.what(), "gonio resume FOLDER, where it is now, goes on with it");
+    return kIncompleteSession;
   } catch (const FileError& error) {
     // A disk that is full. Before there is an archive that is an error like any other.
     if (!std::filesystem::exists(session.archive)) throw;

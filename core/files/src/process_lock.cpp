@@ -85,6 +85,13 @@ std::optional<pid_t> lock_holder(const std::filesystem::path& path) {
   return written_in(descriptor.get());
 }
 
+bool names_open_file(const std::filesystem::path& path, int descriptor) {
+  struct stat open {};
+  struct stat named {};
+  return ::fstat(descriptor, &open) == 0 && ::lstat(path.c_str(), &named) == 0 &&
+         open.st_dev == named.st_dev && open.st_ino == named.st_ino;
+}
+
 void sync_folder(const std::filesystem::path& folder) { posix::sync(folder); }
 
 }  // namespace gonio::files

@@ -315,6 +315,17 @@ class ProcessLockTest : public ::testing::Test {
   fs::path path_ = folder_ / "a.lock";
 };
 
+TEST_F(ProcessLockTest, KnowsWhetherItsNameIsStillItsOwn) {
+  const ProcessLock lock(path_);
+  EXPECT_TRUE(names_open_file(path_, lock.descriptor()));
+  const std::filesystem::path away = path_.string() + "-away";
+  std::filesystem::rename(path_, away);
+  EXPECT_FALSE(names_open_file(path_, lock.descriptor()));
+  EXPECT_TRUE(names_open_file(away, lock.descriptor()));
+  std::filesystem::copy_file(away, path_);
+  EXPECT_FALSE(names_open_file(path_, lock.descriptor()));
+}
+
 TEST_F(ProcessLockTest, NamesTheLiveProcessThatHoldsItAndIsFreeOnceThatIsKilled) {
   EXPECT_FALSE(lock_holder(path_).has_value()) << "there is no such file";
   const pid_t child = hold(path_);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "gonio/devices/frame.h"
+#include "gonio/errors/errors.h"
 #include "gonio/files/process_lock.h"
 #include "gonio/rig/kinematics.h"
 
@@ -65,6 +66,15 @@ using SessionMetadata = std::map<std::string, std::string>;
 
 class ArchiveObserver;
 
+/// The folder of a session was moved, replaced or deleted while it was written to. What was
+/// acknowledged is where the folder is now.
+class FolderMoved : public FileError {
+ public:
+  explicit FolderMoved(const std::filesystem::path& folder)
+      : FileError(folder, "go on with the session",
+                  "the folder was moved, replaced or deleted meanwhile") {}
+};
+
 /// Creates and appends to a session archive: a folder with `session.sqlite` (WAL, synchronous FULL,
 /// rows never updated or deleted, each with its own checksum: the truth) and `frames/*.tiff` (16
 /// bit, written under a temporary name, synced, renamed, checksummed, then committed).
@@ -93,7 +103,8 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  /// Writes, syncs and acknowledges a frame; fills in id, file and sha256.
+  /// Writes, syncs and acknowledges a frame; fills in id, file and sha256. Throws FolderMoved
+  /// before anything is written to a folder that is another one by now.
   FrameRecord append(FrameRecord record, const devices::Frame& frame);
   void append(const PointRecord& record);
   /// An event worth a line: retry, warning, home delta, operator's note.

@@ -45,6 +45,10 @@ class ProcessLock {
 /// Who holds it: nobody when there is no such file, or it is free; 0 when that is not told.
 std::optional<pid_t> lock_holder(const std::filesystem::path& path);
 
+/// Whether `path` still names the file that is open as `descriptor`: not after it, or a folder above
+/// it, was moved, replaced or deleted.
+bool names_open_file(const std::filesystem::path& path, int descriptor);
+
 /// Makes the names in a folder survive a power cut. Throws FileError.
 void sync_folder(const std::filesystem::path& folder);
 
