@@ -60,7 +60,7 @@ int make_report(Context& context, const ReportOptions& options) {
   }
   data.methods.push_back(std::move(method));
   data.summary =
-      fmt::format("{} directions, {} values each; {} of session time.", data.poses.size(),
+      fmt::format("{} directions, {} values each; {} in all.", data.poses.size(),
                   session.rig.reduction.grid * session.rig.reduction.grid, duration_text([&] {
                     double total = 0.0;
                     for (const auto& entry : data.timing) total += entry.seconds;
