@@ -103,6 +103,7 @@ TEST_F(Loop, GoesOnBehindThePlanAndSaysWhatCannotBeReached) {
   EXPECT_THAT(ended.error, AllOf(HasSubstr("90 dB are not reached"), HasSubstr("after 7 points"),
                                  AnyOf(HasSubstr("would better the usual one by"),
                                        HasSubstr("what more points would add is not known"))));
+  EXPECT_THAT(ended.error, testing::ContainsRegex("point 6, 6 of 7 done, [0-9.]+ dB expected"));
   EXPECT_THAT(archive("session").points(), SizeIs(7));
   EXPECT_THAT(run({"status", "session", "--json"}).out, HasSubstr("90 dB are asked for"));
   expect_replayed("session", 3);

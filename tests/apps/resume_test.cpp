@@ -222,6 +222,16 @@ TEST_F(Resume, StopsAtOnceAtTheSecondInterruptOrWhenTerminated) {
   }
 }
 
+TEST_F(Resume, SaysThatAStopWaitsForTheTargetChanger) {
+  folder.write("changer.toml", kSmallRig + "[simulation]\ntime_scale = 20.0\n");
+  GonioProcess measuring(measure("changer.toml", "session"), folder.path());
+  ASSERT_TRUE(measuring.wait_for("brings the white reference"));
+  measuring.send(SIGTERM);
+  const Ended ended = measuring.wait();
+  EXPECT_EQ(ended.exit_code, 4) << ended.error;
+  EXPECT_THAT(ended.error, HasSubstr("the program ends once the target changer is where it was"));
+}
+
 TEST_F(Resume, RefusesWhatItCannotGoOnWith) {
   EXPECT_THAT(run({"resume", "nothing"}, 2).error, HasSubstr("found no session.sqlite"));
   std::filesystem::create_directory(folder.path() / "empty");

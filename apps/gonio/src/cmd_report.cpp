@@ -53,6 +53,9 @@ int make_report(Context& context, const ReportOptions& options) {
   }
   data.checks = self_checks(*method.table, fit ? &*fit : nullptr);
   if (fit) data.checks.push_back(evenness(reduction.samples, *fit));
+  for (report::CheckResult& row : session_checks(session.archive, reduction)) {
+    data.checks.push_back(std::move(row));
+  }
   if (!options.reference.empty()) {
     data.truth = std::make_shared<brdf::BrdfTable>(load_table(named_material(options.reference)));
     method.comparison =

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "asking_changer.h"
+#include "changer_wait.h"
 #include "gonio/acquisition/archive_observer.h"
 #include "gonio/acquisition/time_left.h"
 #include "gonio/acquisition/trust_notes.h"
@@ -266,9 +267,13 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   // A pause that comes while a person is asked finds no point to finish: it ends this part as well.
   std::stop_source ends;
   const std::stop_callback forward(stop, [&ends] { ends.request_stop(); });
-  AskingChanger person(rig->devices().changer, ends.get_token(), pause,
-                       [&ends] { ends.request_stop(); });
-  const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
+  acquisition::DeviceSet own = rig->devices();
+  std::optional<ChangerWait> changer;
+  if (own.changer != nullptr) {
+    own.changer = &changer.emplace(*own.changer, console, ends.get_token());
+  }
+  AskingChanger person(own.changer, ends.get_token(), pause, [&ends] { ends.request_stop(); });
+  const acquisition::DeviceSet devices = with_changer(own, session, person);
   const SessionPreflight preflight = check(devices, session, points_done);
   use_forecast(*preflight.found.forecast, session.plan);
   if (resumed) require_same_devices(session, *resumed, *rig);
@@ -287,12 +292,20 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
     monitor->runs_at(time_scale);
     if (resumed) monitor->were_done(resumed->state.done);
   }
+  std::optional<SessionLoop> loop;
+  if (session.loop) {
+    loop.emplace(*session.loop, session.instrument, session.rig, session.archive,
+                 session.material.scale, &console);
+  }
   const auto show = [&](const acquisition::SessionProgress& now) {
     if (monitor != nullptr) monitor->on_progress(now);
     const double whole = now.elapsed_s + now.remaining_s;
-    const std::string words =
+    std::string words =
         now.point ? fmt::format("point {}, {} of {} done", *now.point, now.done, now.total)
                   : now.phase;
+    if (loop && loop->wanted_psnr_db() && loop->expected_psnr_db()) {
+      words += fmt::format(", {:.1f} dB expected", *loop->expected_psnr_db());
+    }
     const double fraction = whole > 0.0 ? now.elapsed_s / whole : 0.0;
     // The time left is the session's own; one in a world at no pace passes it much faster.
     if (time_scale) {
@@ -317,11 +330,6 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   part.expectation = &expectation;
   reserve.emplace(session, preflight, devices.camera->info(), points_done);
   part.pause = std::move(pause);
-  std::optional<SessionLoop> loop;
-  if (session.loop) {
-    loop.emplace(*session.loop, session.instrument, session.rig, session.archive,
-                 session.material.scale, &console);
-  }
   acquisition::SessionResult result =
       acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
                                archive, show, ends.get_token(), part, loop ? &*loop : nullptr);
