@@ -184,9 +184,9 @@ TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
   EXPECT_THAT(paused["damage"], testing::IsEmpty());
   const int measured = paused["measured"].get<int>();
   EXPECT_GE(measured, 2) << "the point under way was finished";
-  EXPECT_THAT(ended.error,
-              testing::ContainsRegex("5 point\\(s\\) to measure, about .*, 90 % within "
-                                     ".* to .*; until about [0-9][0-9]:[0-9][0-9]"));
+  EXPECT_THAT(ended.error, testing::ContainsRegex(
+                               "5 point\\(s\\) to measure, about .*, 90 % within "
+                               ".* to .* of session time; until about [0-9][0-9]:[0-9][0-9]"));
   EXPECT_THAT(run({"reduce", "session", "--out", "samples.csv"}).error,
               AllOf(HasSubstr("did not come to its end"), HasSubstr("there is but one white")));
   const Ended resumed = run({"resume", "session"});

@@ -131,6 +131,7 @@ void tell_forecast(const Console& console, const SessionSetup& session,
   std::string text =
       fmt::format("{} point(s) to measure, about {}", left.size(),
                   whole ? to_text(preflight.found.forecast->total_s) : duration_text(left_s));
+  if (!time_scale || *time_scale != 1.0) text += " of session time";
   if (time_scale) {
     const double host_s = left_s / *time_scale;
     const std::time_t now = std::time(nullptr);
@@ -139,8 +140,6 @@ void tell_forecast(const Console& console, const SessionSetup& session,
     text += fmt::format("; until about {}",
                         host_s < kHalfADay_s ? fmt::format("{:%H:%M}", fmt::localtime(end))
                                              : fmt::format("{:%d %b %H:%M}", fmt::localtime(end)));
-  } else {
-    text += " of session time";
   }
   console.say(text);
 }
