@@ -23,10 +23,6 @@ namespace {
 /// A spot whose value is below this many of its sigmas is marked dark.
 constexpr double kDarkSigmas = 3.0;
 
-/// Of the white over a session, relative, after the lamp monitor. More is no drift of a warm lamp;
-/// its share of u_common then passes that of a good white reference.
-constexpr double kUsualDrift = 0.02;
-
 /// One pixel inside a spot.
 struct SpotPixel {
   std::size_t index;

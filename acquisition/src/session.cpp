@@ -11,9 +11,9 @@
 #include "dark_frames.h"
 #include "gonio/acquisition/preflight.h"
 #include "gonio/acquisition/steering.h"
+#include "gonio/acquisition/time_left.h"
 #include "point_schedule.h"
 #include "point_visit.h"
-#include "time_left.h"
 #include "white_pose.h"
 #include "white_visit.h"
 
@@ -171,7 +171,7 @@ class Session {
         take_steady_white(WhiteVisit::between);
         continue;
       }
-      report("point");
+      report("point", next);
       begin_subject(context_, kFirstPointSubject + static_cast<std::uint64_t>(next));
       take_point(next);
       taken_since_white_ = true;
@@ -368,10 +368,11 @@ class Session {
 
   double seconds_since_start() const { return devices::to_seconds(devices_.now() - started_); }
 
-  void report(const std::string& phase) const {
+  void report(const std::string& phase, std::optional<int> point = {}) const {
     if (!progress_) return;
     SessionProgress now;
     now.phase = phase;
+    now.point = point;
     now.done = static_cast<int>(points_.done().size());
     now.total = points_.planned();
     now.elapsed_s = seconds_since_start();

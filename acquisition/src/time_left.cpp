@@ -1,7 +1,11 @@
-#include "time_left.h"
+#include "gonio/acquisition/time_left.h"
 
 #include <algorithm>
 #include <numeric>
+
+#include "gonio/acquisition/resume.h"
+#include "gonio/devices/clock.h"
+#include "session_parts.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -16,6 +20,39 @@ double sum_from(std::vector<PlannedVisit>::const_iterator first,
   return std::accumulate(first, last, 0.0, [](double sum, const PlannedVisit& visit) {
     return sum + seconds_of(visit);
   });
+}
+
+/// Points of the last part with what they took, as TimeLeft is told of them while they are
+/// measured: from the end of whatever was taken before.
+std::vector<std::pair<int, double>> points_taken(const SessionReader& archive) {
+  const SessionParts parts(archive);
+  std::vector<std::pair<int, double>> taken;
+  auto before = std::chrono::nanoseconds(-1);
+  auto frame = archive.frames().begin();
+  for (const PointRecord& point : archive.points()) {
+    for (; frame != archive.frames().end() && frame->exposure_start < point.finished_at; ++frame) {
+      if (frame->point != point.point) before = frame->exposure_start + frame->exposure;
+    }
+    const bool of_last_part = parts.of(point) + 1 == parts.count();
+    if (of_last_part && point.outcome != PointOutcome::Failed && before.count() >= 0) {
+      taken.emplace_back(point.point, devices::to_seconds(point.finished_at - before));
+    }
+    before = point.finished_at;
+  }
+  return taken;
+}
+
+/// SessionProgress::phase, by the latest frame; "point" for whatever is between the whites.
+std::string latest_phase(const SessionReader& archive, bool points_taken, bool points_left) {
+  const SessionParts parts(archive);
+  if (archive.frames().empty() || parts.of(archive.frames().back()) + 1 < parts.count()) {
+    return "home";
+  }
+  const FrameKind kind = archive.frames().back().kind;
+  const bool white = kind == FrameKind::white;
+  if (points_taken) return white && !points_left ? "closing white" : "point";
+  if (white) return "white";
+  return kind == FrameKind::dark ? "dark" : "point";
 }
 
 }  // namespace
@@ -74,6 +111,21 @@ double TimeLeft::from(const std::string& phase, const std::set<int>& points_left
 double TimeLeft::point_s(int point) const {
   const auto found = points_.find(point);
   return found == points_.end() ? mean_ : found->second;
+}
+
+double seconds_left(const SessionReader& archive, const Itinerary& itinerary,
+                    const MeasurementPlan& plan) {
+  if (archive.finished()) return 0.0;
+  const SessionPart part = part_to_resume(resume_state(archive));
+  std::set<int> left;
+  for (int point = 0; point < static_cast<int>(plan.points.size()); ++point) {
+    const bool wanted = !part.enough && !part.dropped.contains(point);
+    if (wanted && !part.done.contains(point)) left.insert(point);
+  }
+  TimeLeft time(itinerary, plan);
+  const auto taken = points_taken(archive);
+  for (const auto& [point, seconds] : taken) time.took(point, seconds);
+  return time.from(latest_phase(archive, !taken.empty(), !left.empty()), left);
 }
 
 }  // namespace gonio::acquisition

@@ -1,6 +1,11 @@
-#include "time_left.h"
+#include "gonio/acquisition/time_left.h"
 
 #include <gtest/gtest.h>
+
+#include "fake_rig.h"
+#include "gonio/acquisition/preflight.h"
+#include "gonio/acquisition/resume.h"
+#include "temporary_folder.h"
 
 namespace gonio::acquisition {
 namespace {
@@ -61,6 +66,56 @@ TEST_F(TimeLeftTest, PointsThatTookLongerMakeTheOthersLonger) {
 
 TEST_F(TimeLeftTest, APointThatWasAddedTakesWhatOthersDo) {
   EXPECT_DOUBLE_EQ(left_.from("point", {7}), 20.0 + kClosing_s);
+}
+
+/// A session that is stopped within its third point and resumed.
+class SecondsLeft : public testing::Test {
+ protected:
+  /// Calls `look` with what the session says and what its journal does, before each point.
+  void run(SessionWriter archive, const SessionPart& part,
+           const std::function<void(const SessionProgress&, double)>& look,
+           std::stop_token stop = {}) {
+    const auto progress = [&](const SessionProgress& now) {
+      if (now.phase != "point" && now.phase != "home") return;
+      look(now, seconds_left(SessionReader(folder_), itinerary(), plan_));
+    };
+    run_session(rig_.devices(), rig_.known, plan_, {}, archive, progress, std::move(stop), part);
+  }
+  Itinerary itinerary() {
+    return checked_itinerary(rig_.devices(), rig_.known, plan_, SessionOptions());
+  }
+
+  const TemporaryFolder parent_;
+  const std::filesystem::path folder_ = parent_.path() / "session";
+  FakeRig rig_;
+  MeasurementPlan plan_ =
+      rig_.plan({{3.0, 12.0, 28.0}, {15.0, 30.0, 130.0}, {20.0, 20.0, 60.0}, {2.0, 60.0, 180.0}});
+};
+
+TEST_F(SecondsLeft, IsWhatTheSessionItselfSays) {
+  std::stop_source stop;
+  int looks = 0;
+  const auto compare = [&](const SessionProgress& now, double left) {
+    ++looks;
+    EXPECT_NEAR(left, now.remaining_s, 1e-6) << now.phase << ", " << now.done << " done";
+  };
+  run(
+      SessionWriter(folder_, {}, {}), {},
+      [&](const SessionProgress& now, double left) {
+        compare(now, left);
+        if (now.done == 2) stop.request_stop();
+      },
+      stop.get_token());
+  EXPECT_EQ(looks, 4);
+
+  looks = 0;
+  const ResumeState state = resume_state(SessionReader(folder_));
+  files::ProcessLock lock(session_lock(folder_));
+  const auto begins_at = state.may_begin_at + std::chrono::hours(1);
+  run(SessionWriter::resume(folder_, std::move(lock), begins_at, rig_.clock.now(), ""),
+      part_to_resume(state), compare);
+  EXPECT_EQ(looks, 3);
+  EXPECT_EQ(seconds_left(SessionReader(folder_), itinerary(), plan_), 0.0);
 }
 
 }  // namespace

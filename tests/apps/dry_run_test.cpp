@@ -65,6 +65,8 @@ TEST_F(DryRun, ShowsTheSessionMovesNothingAndLeavesNothing) {
   const Ended ended = run(words());
   EXPECT_THAT(ended.out, HasSubstr("(39.00, 60.00, 89.00) deg"));
   EXPECT_THAT(ended.out, HasSubstr("whole session"));
+  EXPECT_THAT(ended.out, testing::ContainsRegex("white .* [0-9.]+ +[0-9.]+\n"));
+  EXPECT_THAT(ended.out, testing::ContainsRegex("    0  point "));
   EXPECT_THAT(ended.out, HasSubstr("lamp_arm"));
   EXPECT_THAT(ended.error, HasSubstr("nothing was moved"));
   EXPECT_THAT(folder.names(), testing::ElementsAre("list.csv", "rig.toml"));
@@ -78,16 +80,20 @@ TEST_F(DryRun, TellsAsDataWhatTheSessionThenTakes) {
       << "home, dark, white, five points, home for its delta, white, park";
   double last_s = 0.0;
   int frames = 0;
+  double sum_s = 0.0;
   for (const json& stop : found["stops"]) {
-    if (stop["stop"] != "point") continue;
-    EXPECT_GT(stop["ends_at_s"], last_s);
+    sum_s += stop["predicted_s"].get<double>();
+    EXPECT_NEAR(stop["ends_at_s"], sum_s, 1e-6) << stop["stop"];
+    EXPECT_GT(stop["ends_at_s"], last_s) << stop["stop"];
     last_s = stop["ends_at_s"];
+    if (stop["stop"] != "point") continue;
     EXPECT_LE(stop["predicted_low_s"], stop["predicted_s"]);
     EXPECT_GE(stop["predicted_high_s"], stop["predicted_s"]);
     EXPECT_GE(stop["longest_exposure_us"], stop["shortest_exposure_us"]);
     EXPECT_TRUE(stop.contains("tilt_deg"));
     frames += stop["frames"].get<int>();
   }
+  EXPECT_NEAR(last_s, found["duration_s"], 1e-6) << "whites, homing and parking with it";
   EXPECT_GT(found["frames"], frames);
   EXPECT_GE(found["points_travel_s"], found["points_travel_at_least_s"]);
   EXPECT_GT(found["disk_free_bytes"], found["disk_needed_bytes"]);

@@ -49,7 +49,7 @@ class LivePages : public Workflow {
 TEST_F(LivePages, PauseASessionThatResumeFinishes) {
   GonioProcess measuring(measure("session"), folder.path());
   const Printed page = printed(measuring, "(may also pause and stop)");
-  ASSERT_TRUE(measuring.wait_for("point 2 of"));
+  ASSERT_TRUE(measuring.wait_for("point 1, 1 of"));
   const auto state = nlohmann::json::parse(get(page.port, "/state.json").body);
   EXPECT_EQ(state["points_total"], 5);
   EXPECT_EQ(state["time_scale"], 60.0);
@@ -65,7 +65,7 @@ TEST_F(LivePages, PauseASessionThatResumeFinishes) {
 TEST_F(LivePages, StopASession) {
   GonioProcess measuring(measure("session"), folder.path());
   const Printed page = printed(measuring, "(may also pause and stop)");
-  ASSERT_TRUE(measuring.wait_for("point 2 of"));
+  ASSERT_TRUE(measuring.wait_for("point 1, 1 of"));
   EXPECT_EQ(ask(page.port, "POST", "/stop", "X-Gonio-Token: " + page.token + "\r\n").status, 200);
   const Ended stopped = measuring.wait();
   EXPECT_EQ(stopped.exit_code, 4) << stopped.error;
@@ -104,7 +104,7 @@ TEST_F(LivePages, ShowTheReconstructionAsItGrows) {
                          folder.path());
   const Printed page = printed(measuring, "(may also pause and stop)");
   EXPECT_EQ(get(page.port, "/sphere.png").status, 404);
-  ASSERT_TRUE(measuring.wait_for("point 2 of"));
+  ASSERT_TRUE(measuring.wait_for("point 1, 1 of"));
   nlohmann::json state;
   do {
     state = nlohmann::json::parse(get(page.port, "/state.json").body);

@@ -103,6 +103,7 @@ TEST_F(Loop, GoesOnBehindThePlanAndSaysWhatCannotBeReached) {
   EXPECT_THAT(ended.error, AllOf(HasSubstr("90 dB are not reached"), HasSubstr("after 7 points"),
                                  AnyOf(HasSubstr("would better the usual one by"),
                                        HasSubstr("what more points would add is not known"))));
+  EXPECT_THAT(ended.error, testing::ContainsRegex("point 6, 6 of 7 done, [0-9.]+ dB expected"));
   EXPECT_THAT(archive("session").points(), SizeIs(7));
   EXPECT_THAT(run({"status", "session", "--json"}).out, HasSubstr("90 dB are asked for"));
   expect_replayed("session", 3);
@@ -113,7 +114,7 @@ TEST_F(Loop, ResumesInTheMiddleOfAddedPointsToTheByte) {
   run(measure("rig.toml", "builtin:grey-pvc", "whole", wish));
   {
     GonioProcess measuring(measure("slow.toml", "builtin:grey-pvc", "killed", wish), folder.path());
-    ASSERT_TRUE(measuring.wait_for("point 7 of"));
+    ASSERT_TRUE(measuring.wait_for("point 6, 6 of"));
     measuring.send(SIGKILL);
     measuring.wait();
   }
@@ -138,7 +139,7 @@ TEST_F(Loop, ResumesInTheMiddleOfAddedPointsToTheByte) {
 TEST_F(Loop, GoesOnOnlyWithItsOwnBasisAndJournal) {
   {
     GonioProcess measuring(measure("slow.toml", "builtin:grey-pvc", "killed", {}), folder.path());
-    ASSERT_TRUE(measuring.wait_for("point 2 of"));
+    ASSERT_TRUE(measuring.wait_for("point 1, 1 of"));
     measuring.send(SIGKILL);
     measuring.wait();
   }

@@ -33,7 +33,7 @@ class ResumeAligned : public Workflow {
                             "builtin:grey-abs", "--calibration", "cal", "--alignment", "a.json",
                             "--accept-calibration", "--out", "session", "--verbose"},
                            folder.path());
-    ASSERT_TRUE(measuring.wait_for("point 2 of"));
+    ASSERT_TRUE(measuring.wait_for("point 1, 1 of"));
     measuring.send(SIGKILL);
     measuring.wait();
   }

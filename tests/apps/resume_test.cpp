@@ -54,7 +54,7 @@ TEST_F(Resume, GivesTheSamplesOfTheUninterruptedSessionToTheByteAfterAKill) {
   run(measure("rig.toml", "whole"));
   const std::string wanted = samples_of("whole");
   // At the moments that it names on its way; in between, tests/scenarios/kill_sweep_test.cpp.
-  for (const char* moment : {"white", "point 3 of", "closing white"}) {
+  for (const char* moment : {"white", "point 2, 2 of", "closing white"}) {
     SCOPED_TRACE(moment);
     const std::string session = std::string("killed ") + moment;
     {
@@ -142,18 +142,28 @@ TEST_F(Resume, LeavesASessionAloneThatALiveProcessMeasures) {
   folder.write("slow.toml", kSteady + "time_scale = 1.0\n");
   GonioProcess measuring(measure("slow.toml", "session"), folder.path());
   ASSERT_TRUE(measuring.wait_for("home"));
-  EXPECT_EQ(status("session", 4)["state"], "running");
+  const auto foreseen =
+      nlohmann::json::parse(run({"measure", "slow.toml", "--plan", "list.csv", "--material",
+                                 "builtin:red-pmma", "--dry-run", "--json"})
+                                .out);
+  const auto running = status("session", 4);
+  EXPECT_EQ(running["state"], "running");
+  EXPECT_NEAR(running["remaining_s"].get<double>(), foreseen["duration_s"].get<double>(), 1.0)
+      << "all of it: it is homing";
+  EXPECT_THAT(run({"status", "session"}, 4).out, HasSubstr("of session time from there"));
   EXPECT_THAT(run({"resume", "session"}, 2).error,
               HasSubstr("process " + std::to_string(measuring.pid()) + " is measuring it"));
   measuring.send(SIGKILL);
   measuring.wait();
-  EXPECT_EQ(status("session", 4)["state"], "interrupted") << "a dead owner's lock is free";
+  const auto killed = status("session", 4);
+  EXPECT_EQ(killed["state"], "interrupted") << "a dead owner's lock is free";
+  EXPECT_FALSE(killed.contains("remaining_s"));
 }
 
 TEST_F(Resume, LooksOnceMoreWhetherItsCalibrationAndAlignmentHold) {
   {
     GonioProcess measuring(measure("slow.toml", "killed"), folder.path());
-    ASSERT_TRUE(measuring.wait_for("point 2 of"));
+    ASSERT_TRUE(measuring.wait_for("point 1, 1 of"));
     measuring.send(SIGKILL);
     measuring.wait();
   }
@@ -188,7 +198,7 @@ TEST_F(Resume, LooksOnceMoreWhetherItsCalibrationAndAlignmentHold) {
 TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
   folder.write("slow.toml", kSteady + "time_scale = 10.0\n");
   GonioProcess measuring(measure("slow.toml", "session"), folder.path());
-  ASSERT_TRUE(measuring.wait_for("point 2 of 5"));
+  ASSERT_TRUE(measuring.wait_for("point 1, 1 of 5"));
   measuring.send(SIGINT);
   const Ended ended = measuring.wait();
   EXPECT_EQ(ended.exit_code, 4) << ended.error;
@@ -201,13 +211,18 @@ TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
   EXPECT_THAT(paused["damage"], testing::IsEmpty());
   const int measured = paused["measured"].get<int>();
   EXPECT_GE(measured, 2) << "the point under way was finished";
+  EXPECT_THAT(ended.error, testing::ContainsRegex(
+                               "5 point\\(s\\) to measure, about .*, 90 % within "
+                               ".* to .* of session time; until about [0-9][0-9]:[0-9][0-9]"));
   EXPECT_THAT(run({"reduce", "session", "--out", "samples.csv"}).error,
               AllOf(HasSubstr("did not come to its end"), HasSubstr("there is but one white")));
   const Ended resumed = run({"resume", "session"});
-  EXPECT_THAT(resumed.error,
-              AllOf(HasSubstr(std::to_string(measured) + " of 5 points are done"),
-                    HasSubstr("axes over the interruption"), HasSubstr("no factor is applied"),
-                    HasSubstr(", " + std::to_string(5 - measured) + " of them now,")));
+  EXPECT_THAT(
+      resumed.error,
+      AllOf(HasSubstr(std::to_string(measured) + " of 5 points are done"),
+            HasSubstr("axes over the interruption"), HasSubstr("no factor is applied"),
+            HasSubstr(std::to_string(5 - measured) + " point(s) to measure, about"),
+            HasSubstr(", " + std::to_string(5 - measured) + " of them now; this part took ")));
   const auto complete = status("session", 0);
   EXPECT_EQ(complete["measured"], 5);
   EXPECT_THAT(complete["bridges"].get<std::vector<std::string>>(),
@@ -229,7 +244,19 @@ TEST_F(Resume, StopsAtOnceAtTheSecondInterruptOrWhenTerminated) {
     EXPECT_EQ(ended.exit_code, 4) << ended.error;
     EXPECT_THAT(ended.error, HasSubstr("stopped after 0 of 5"));
     EXPECT_EQ(status(session, 4)["state"], "interrupted");
+    EXPECT_THAT(run({"reduce", session, "--out", "samples.csv"}, 2).error,
+                HasSubstr("gonio resume " + session + " goes on"));
   }
+}
+
+TEST_F(Resume, SaysThatAStopWaitsForTheTargetChanger) {
+  folder.write("changer.toml", kSmallRig + "[simulation]\ntime_scale = 20.0\n");
+  GonioProcess measuring(measure("changer.toml", "session"), folder.path());
+  ASSERT_TRUE(measuring.wait_for("brings the white reference"));
+  measuring.send(SIGTERM);
+  const Ended ended = measuring.wait();
+  EXPECT_EQ(ended.exit_code, 4) << ended.error;
+  EXPECT_THAT(ended.error, HasSubstr("the program ends once the target changer is where it was"));
 }
 
 TEST_F(Resume, RefusesWhatItCannotGoOnWith) {

@@ -18,10 +18,11 @@ TEST_F(Workflow, LeadsFromMaterialsToAReconstructionAndAReport) {
   train();
   run({"plan", "--basis", "basis.h5", "--samples", "6", "--rig", "rig.toml", "--out", "plan.csv"});
   run({"measure", "rig.toml", "--plan", "plan.csv", "--material", "builtin:pink-polypropylene",
-       "--sample-id", "plate 7", "--out", "session"});
+       "--sample-id", "plate 7", "--repeat-pairs", "1", "--sentinel-every", "3", "--out",
+       "session"});
   const auto status = nlohmann::json::parse(run({"status", "session", "--json"}).out);
   EXPECT_EQ(status["state"], "complete");
-  EXPECT_EQ(status["measured"], 6);
+  EXPECT_EQ(status["measured"], 7) << "a pair with them";
   EXPECT_EQ(status["metadata"]["sample_id"], "plate 7");
   run({"reduce", "session", "--out", "samples.csv"});
   run({"reconstruct", "samples.csv", "--basis", "basis.h5", "--out", "found.binary"});
@@ -32,7 +33,12 @@ TEST_F(Workflow, LeadsFromMaterialsToAReconstructionAndAReport) {
   EXPECT_GT(errors["psnr_a_db"].get<double>(), 24.0);
   EXPECT_LT(errors["weighted_log_rmse"].get<double>(), 0.35);
   run({"report", "session", "--basis", "basis.h5", "--out", "report.html"});
-  EXPECT_THAT(folder.read("report.html"), HasSubstr("plate 7"));
+  const std::string report = folder.read("report.html");
+  EXPECT_THAT(report, HasSubstr("plate 7"));
+  EXPECT_THAT(report, HasSubstr("<em class=\"passed\">passed</em><b>Lamp</b><span>closing white"));
+  EXPECT_THAT(report, HasSubstr("<em class=\"passed\">passed</em><b>Sentinel</b>"));
+  EXPECT_THAT(report,
+              HasSubstr("<em class=\"passed\">passed</em><b>Points measured twice</b><span>1 of"));
   run({"render", "found.binary", "--reference", "builtin:pink-polypropylene", "--size", "64",
        "--out", "spheres.png"});
   EXPECT_THAT(folder.read("spheres.png"), testing::StartsWith("\x89PNG"));

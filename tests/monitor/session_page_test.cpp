@@ -103,6 +103,48 @@ TEST_F(SessionPageTest, TellsWhatTheArchiveHolds) {
   EXPECT_THAT(get(page_.port(), "/frame.png").body, testing::StartsWith("\x89PNG"));
 }
 
+TEST_F(SessionPageTest, NamesThePointUnderWayByItsPlaceInThePlan) {
+  nlohmann::json seen;
+  on_progress_ = [&](const acquisition::SessionProgress& now) {
+    if (now.phase == "point" && seen.is_null()) seen = json("/state.json");
+  };
+  acquisition::SessionWriter archive(folder_, {}, {});
+  run(archive,
+      {{0, acquisition::PointOutcome::Measured}, {2, acquisition::PointOutcome::Measured}});
+  EXPECT_EQ(seen["point"], 1);
+  EXPECT_EQ(seen["points_done"], 2);
+  EXPECT_NEAR(seen["direction"]["theta_h_deg"], plan_.points[1].direction.theta_h.degrees(), 1e-9);
+  EXPECT_FALSE(json("/state.json").contains("point")) << "parked";
+}
+
+TEST_F(SessionPageTest, SaysWhenTheFrameItHasIsNotTheNewest) {
+  on_progress_ = [&](const acquisition::SessionProgress& now) {
+    if (now.phase == "white") {
+      EXPECT_EQ(json("/state.json")["frame"]["newest"], false);
+    }
+  };
+  run();
+  EXPECT_EQ(json("/state.json")["frame"]["newest"], true) << "somebody has looked since";
+}
+
+TEST(SessionMonitor, CountsOnBetweenWhatItIsTold) {
+  using std::chrono::seconds;
+  SessionMonitor::Snapshot told;
+  told.progress.phase = "white";
+  told.progress.elapsed_s = 10.0;
+  told.progress.remaining_s = 20.0;
+  told.time_scale = 2.0;
+  const auto at = told.progress_at;
+  EXPECT_DOUBLE_EQ(SessionMonitor::counted_on(told, at + seconds(3)).elapsed_s, 16.0);
+  EXPECT_DOUBLE_EQ(SessionMonitor::counted_on(told, at + seconds(3)).remaining_s, 14.0);
+  EXPECT_DOUBLE_EQ(SessionMonitor::counted_on(told, at + seconds(60)).remaining_s, 0.0);
+  told.ended = "paused";
+  EXPECT_DOUBLE_EQ(SessionMonitor::counted_on(told, at + seconds(3)).elapsed_s, 10.0);
+  told.ended.clear();
+  told.time_scale.reset();
+  EXPECT_DOUBLE_EQ(SessionMonitor::counted_on(told, at + seconds(3)).elapsed_s, 10.0);
+}
+
 TEST_F(SessionPageTest, ShowsEachPointAgainstTheWhite) {
   at_the_second_point([this] { rig_.camera.lit_dn_per_s /= 4.0; });
   run();

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 const std::string kKilledAndResumed = std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" measure rig.toml --plan list.csv --out session -v 2>log &
 child=$!
-until grep -q "point 3 of" log; do kill -0 $child || exit 9; done
+until grep -q "point 2, 2 of" log; do kill -0 $child || exit 9; done
 kill -KILL $child
 "$gonio" resume session 2>second
 echo $? >code

@@ -101,9 +101,10 @@ int reconstruct(Context& context, const ReconstructOptions& options) {
     throw;
   }
   if (!bands && options.force) std::filesystem::remove(bands_path);
-  context.console.say(fmt::format("{}: {} samples, chi2 per sample {:.2g}, innovation {:.2g}",
-                                  options.out, samples.samples.size(), fit.chi2_per_sample,
-                                  fit.innovation_chi2_per_sample));
+  context.console.say(fmt::format(
+      "{}: {} samples; their chi2 against the prior is {:.2g} per value, about 1 for a material "
+      "like those trained on",
+      options.out, samples.samples.size(), fit.innovation_chi2_per_sample));
   context.console.result(options.json ? json_text(verdict_json(verdict)) : verdict.line + "\n");
   return verdict.trusted.value_or(true) ? kSuccess : kDoNotTrust;
 }

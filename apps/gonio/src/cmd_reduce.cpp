@@ -1,11 +1,10 @@
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "command.h"
 #include "outputs.h"
+#include "report_data.h"
 #include "session_run.h"
 
 namespace gonio::cli {
@@ -27,22 +26,6 @@ std::string unfinished_text(const StoredSession& session) {
          "it, what the lamp did since the last one is not known";
 }
 
-/// How well points measured twice agree; those that do not are among the warnings.
-std::string pairs_text(const std::vector<acquisition::PairAgreement>& pairs) {
-  double change = 0.0;
-  double u = 0.0;
-  std::ptrdiff_t agree = 0;
-  for (const acquisition::PairAgreement& pair : pairs) {
-    change = std::max(change, std::abs(pair.change_relative));
-    u = std::max(u, pair.u_relative);
-    agree += pair.agrees() ? 1 : 0;
-  }
-  return fmt::format(
-      "{} of {} points measured twice agree with themselves: they differ by {:.2f} % at most, each "
-      "known to {:.2f} % or better",
-      agree, pairs.size(), 100.0 * change, 100.0 * u);
-}
-
 int reduce(Context& context, const ReduceOptions& options) {
   require_output(options.out, options.force, {options.calibration});
   const StoredSession session = open_session(options.session, options.calibration);
@@ -58,7 +41,7 @@ int reduce(Context& context, const ReduceOptions& options) {
     // Others are among the warnings.
     if (!bridge.is_applied() && !bridge.is_refused()) context.console.say(to_text(bridge));
   }
-  if (!reduction.pairs.empty()) context.console.say(pairs_text(reduction.pairs));
+  if (!reduction.pairs.empty()) context.console.say(to_text(reduction.pairs));
   if (const std::string text = unfinished_text(session); !text.empty()) context.console.warn(text);
   context.check_stop();
   std::set<int> poses;

@@ -53,6 +53,9 @@ int make_report(Context& context, const ReportOptions& options) {
   }
   data.checks = self_checks(*method.table, fit ? &*fit : nullptr);
   if (fit) data.checks.push_back(evenness(reduction.samples, *fit));
+  for (report::CheckResult& row : session_checks(session.archive, reduction)) {
+    data.checks.push_back(std::move(row));
+  }
   if (!options.reference.empty()) {
     data.truth = std::make_shared<brdf::BrdfTable>(load_table(named_material(options.reference)));
     method.comparison =
@@ -60,7 +63,7 @@ int make_report(Context& context, const ReportOptions& options) {
   }
   data.methods.push_back(std::move(method));
   data.summary =
-      fmt::format("{} directions, {} values each; {} of session time.", data.poses.size(),
+      fmt::format("{} directions, {} values each; {} in all.", data.poses.size(),
                   session.rig.reduction.grid * session.rig.reduction.grid, duration_text([&] {
                     double total = 0.0;
                     for (const auto& entry : data.timing) total += entry.seconds;

@@ -1,16 +1,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
 #include <chrono>
 #include <ctime>
 
 #include "calibration_run.h"
 #include "command.h"
-#include "gonio/brdf/diffuse_models.h"
 #include "gonio/errors/errors.h"
-#include "plan_file.h"
 #include "session_end.h"
+#include "stored_setup.h"
 
 namespace gonio::cli {
 namespace {
@@ -48,84 +46,6 @@ std::chrono::nanoseconds outage_until_now(const acquisition::SessionReader& arch
   const std::chrono::seconds whole(std::time(nullptr) - ::timegm(&started));
   // A clock that was set back must not set the session's back.
   return std::max(std::chrono::nanoseconds(0), whole - last_time);
-}
-
-std::uint64_t seed_of(const acquisition::SessionReader& archive) {
-  const std::string text = metadata(archive, "seed");
-  std::uint64_t seed = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error == std::errc() && end == text.data() + text.size()) return seed;
-  throw DataFormatError(archive.folder(), "metadata seed",
-                        fmt::format("found {:?}, expected a whole number", text));
-}
-
-/// What lies on the rig, as at the beginning.
-void set_stored_sample(SessionSetup& session, const acquisition::SessionReader& archive) {
-  if (!session.simulated) {
-    // Only its geometry is looked at, by the check before anything is opened.
-    session.material = {std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)),
-                        brdf::RadiometricScale::si};
-    return;
-  }
-  const std::string source = metadata(archive, "simulated_material_source");
-  if (source.empty()) {
-    throw UsageError(archive.folder().string() +
-                     ": does not say what lies on its simulated rig (made by gonio demo or an "
-                     "earlier version)");
-  }
-  session.material = load_sample(named_material(source));
-  session.seed = seed_of(archive);
-}
-
-/// Everything from the archive: what was given at the beginning may have changed since.
-SessionSetup setup_of(const StoredSession& stored, const std::string& basis) {
-  const acquisition::SessionReader& archive = stored.archive;
-  SessionSetup session;
-  session.rig = stored.rig;
-  session.rig.path = metadata(archive, "rig_file");  // what the rig file names lies beside it
-  session.instrument = stored.instrument;
-  session.archive = archive.folder();
-  session.labels.sample_id = metadata(archive, "sample_id");
-  const auto poses = archive.configuration().find(kPosesText);
-  if (poses == archive.configuration().end()) {
-    throw UsageError(fmt::format("{}: configuration: found no {}; an earlier version made it",
-                                 archive.folder().string(), kPosesText));
-  }
-  session.plan = stored_poses(poses->second, archive.folder() / kPosesText, session.instrument.rig);
-  session.simulated = metadata(archive, "driver") == "simulated";
-  set_stored_sample(session, archive);
-  session.loop = stored_loop(archive, session.material.scale, basis);
-  return session;
-}
-
-/// Points that decisions have added, behind the plan's own. They are as the session's own check
-/// has found them, or the journal was tampered with.
-void add_decided_points(const acquisition::SessionReader& archive,
-                        const acquisition::ResumeState& state, SessionSetup& session) {
-  acquisition::MeasurementPlan added;
-  for (const acquisition::LoggedDecision& logged : state.decisions) {
-    for (const acquisition::AddedPoint& point : logged.decision.added) {
-      const std::size_t expected = session.plan.points.size() + added.points.size();
-      if (static_cast<std::size_t>(point.point) != expected) {
-        throw DataFormatError(
-            archive.folder(), "decisions",
-            fmt::format("found point {} added, expected {}", point.point, expected));
-      }
-      if (point.pose.joints.size() != session.instrument.rig.axes.size()) {
-        throw DataFormatError(
-            archive.folder(), "decisions",
-            fmt::format("point {}: found {} joints, the rig has {} axes", point.point,
-                        point.pose.joints.size(), session.instrument.rig.axes.size()));
-      }
-      added.points.push_back({point.direction, point.pose, 0.0, 0.0});
-    }
-  }
-  if (added.points.empty()) return;
-  const rig::RigDescription& rig = session.instrument.rig;
-  const acquisition::MeasurementPlan checked =
-      realised_poses(plan_text(rig, added, {}, {}), archive.folder() / "decisions", rig);
-  session.plan.points.insert(session.plan.points.end(), checked.points.begin(),
-                             checked.points.end());
 }
 
 void tell_what_is_left(const Console& console, const acquisition::SessionReader& archive,
@@ -173,7 +93,9 @@ int resume(Context& context, const ResumeOptions& options) {
     return kSuccess;
   }
   std::string despite = require_fresh(stored.archive, options.accept_old);
-  SessionSetup session = setup_of(stored, options.watching.basis);
+  SessionSetup session = stored_setup(stored);
+  set_stored_sample(stored.archive, session);
+  session.loop = stored_loop(stored.archive, session.material.scale, options.watching.basis);
   session.ask_person = !options.yes;
   add_decided_points(stored.archive, state, session);
   const int points = static_cast<int>(session.plan.points.size());

@@ -8,15 +8,19 @@
 #include "command.h"
 #include "gonio/acquisition/decisions.h"
 #include "gonio/acquisition/resume.h"
+#include "gonio/acquisition/time_left.h"
 #include "gonio/acquisition/trust_notes.h"
 #include "gonio/console/printable.h"
+#include "gonio/errors/errors.h"
 #include "gonio/samples/csv.h"
 #include "json_text.h"
 #include "plan_file.h"
 #include "planning.h"
 #include "session_calibration.h"
 #include "session_loop.h"
+#include "session_preflight.h"
 #include "session_run.h"
+#include "stored_setup.h"
 
 namespace gonio::cli {
 namespace {
@@ -78,7 +82,7 @@ Changed changed_by(const std::vector<acquisition::LoggedDecision>& decisions) {
 std::string latest_text(const acquisition::SessionReader& archive) {
   if (archive.frames().empty()) return "";
   const acquisition::FrameRecord& frame = archive.frames().back();
-  return fmt::format("{} frame{} at {} of session time", acquisition::to_string(frame.kind),
+  return fmt::format("{} frame{}, {} after the session began", acquisition::to_string(frame.kind),
                      frame.point >= 0 ? fmt::format(" of point {}", frame.point) : std::string(),
                      duration_text(devices::to_seconds(frame.exposure_start)));
 }
@@ -159,6 +163,26 @@ std::string last_note(const acquisition::SessionReader& archive, const std::stri
   return text;
 }
 
+/// Of a session that is being measured, from its latest row on, in seconds of its own clock.
+/// Nothing where its archive does not tell enough: the rest of the status is worth having.
+std::optional<double> remaining_s(const acquisition::SessionReader& archive) {
+  try {
+    const StoredSession stored = open_session(archive.folder());
+    SessionSetup session = stored_setup(stored);
+    try {
+      set_stored_sample(archive, session);
+    } catch (const std::runtime_error&) {
+      // The file of the material is elsewhere now: it is foreseen as one that nobody knows.
+    }
+    add_decided_points(archive, acquisition::resume_state(archive), session);
+    const SessionPreflight preflight = preflight_session(session);
+    if (!preflight.found.itinerary) return std::nullopt;
+    return acquisition::seconds_left(archive, *preflight.found.itinerary, session.plan);
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
+  }
+}
+
 int status(Context& context, const StatusOptions& options) {
   const std::filesystem::path folder(options.session);
   if (!std::filesystem::exists(folder / "session.sqlite")) {
@@ -184,8 +208,10 @@ int status(Context& context, const StatusOptions& options) {
   const std::size_t points = planned ? *planned + changed.added : outcomes.size();
   const auto writer = files::lock_holder(acquisition::session_lock(folder));
   const char* state = session_state(archive, writer.has_value());
+  const std::optional<double> left =
+      writer && !archive.finished() ? remaining_s(archive) : std::nullopt;
   if (options.json) {
-    const nlohmann::ordered_json result = {
+    nlohmann::ordered_json result = {
         {"state", state},
         {"points", points},
         {"measured", measured},
@@ -200,6 +226,7 @@ int status(Context& context, const StatusOptions& options) {
         {"bridges", bridge_texts(archive)},
         {"home_delta", last_note(archive, acquisition::kHomeDeltaNote)},
         {"decisions", reasons_of(decisions)}};
+    if (left) result["remaining_s"] = *left;
     context.console.result(json_text(result));
   } else {
     std::string text =
@@ -214,6 +241,10 @@ int status(Context& context, const StatusOptions& options) {
                         count_of(changed.dropped, "left out by decisions"));
     if (const std::string latest = latest_text(archive); !latest.empty()) {
       text += fmt::format("latest           {}\n", latest);
+    }
+    if (left) {
+      text += fmt::format("left             about {} of session time from there, as foreseen\n",
+                          duration_text(*left));
     }
     if (const std::string change = sentinel_change_text(archive); !change.empty()) {
       text += fmt::format("sentinel         {}\n", printable_line(change));

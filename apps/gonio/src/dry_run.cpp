@@ -57,19 +57,25 @@ std::string troubles(const ForecastPoint& point) {
 /// One line per stop.
 std::string itinerary_text(const SessionSetup& session, const SessionPreflight& preflight) {
   const rig::RigDescription& rig = session.instrument.rig;
-  std::string text = fmt::format("{:>5}  {:<11} {:<30} branch", "order", "stop", "direction");
+  std::string text = fmt::format("{:>5}  {:<11} {:<30} branch", "point", "stop", "direction");
   for (const rig::Axis& axis : rig.axes) text += fmt::format(" {:>8.8}", axis.name);
   text += fmt::format(" {:>4} {:>18} {:>6} {:>8} {:>8}\n", "via", "exposures [ms]", "frames", "[s]",
                       "ends [s]");
-  std::size_t order = 0;
+  double ends_s = 0.0;
   for (const PlannedVisit& visit : preflight.found.itinerary->visits) {
+    ends_s += visit.travel_s + visit.dwell_s;
     if (!visit.point) {
-      text += fmt::format("{:>5}  {:<11} {:<30} {:<6}{} {:>4}\n", "", to_string(visit.kind), "", "",
+      text += fmt::format("{:>5}  {:<11} {:<30} {:<6}{} {:>4}", "", to_string(visit.kind), "", "",
                           joints_text(visit.pose.joints), visit.via.size());
+      if (preflight.found.forecast) {
+        text += fmt::format(" {:>18} {:>6} {:>8.1f} {:>8.1f}", "", "",
+                            visit.travel_s + visit.dwell_s, ends_s);
+      }
+      text += "\n";
       continue;
     }
     const acquisition::PlannedPoint& planned = session.plan.points[*visit.point];
-    text += fmt::format("{:>5}  {:<11} {:<30} {:<6}{} {:>4}", ++order, to_string(visit.kind),
+    text += fmt::format("{:>5}  {:<11} {:<30} {:<6}{} {:>4}", *visit.point, to_string(visit.kind),
                         to_text(planned.direction), rig::branch_name(visit.pose),
                         joints_text(visit.pose.joints), visit.via.size());
     if (preflight.found.forecast) {
@@ -91,7 +97,7 @@ ordered_json estimate_json(const acquisition::Estimate& estimate, const std::str
 }
 
 ordered_json visit_json(const SessionSetup& session, const SessionPreflight& preflight,
-                        const PlannedVisit& visit) {
+                        const PlannedVisit& visit, double ends_s) {
   const rig::RigDescription& rig = session.instrument.rig;
   ordered_json json{{"stop", to_string(visit.kind)}};
   if (visit.point) {
@@ -106,7 +112,12 @@ ordered_json visit_json(const SessionSetup& session, const SessionPreflight& pre
   json["via"] = ordered_json::array();
   for (const rig::Joints& stop : visit.via) json["via"].push_back(joints_json(rig, stop));
   json["travel_s"] = visit.travel_s;
-  if (!visit.point || !preflight.found.forecast) return json;
+  if (!preflight.found.forecast) return json;
+  if (!visit.point) {
+    json["predicted_s"] = visit.travel_s + visit.dwell_s;
+    json["ends_at_s"] = ends_s;
+    return json;
+  }
   const ForecastPoint& point = preflight.found.forecast->points[*visit.point];
   const auto [shortest, longest] = exposures_s(point);
   json["shortest_exposure_us"] = 1e6 * shortest;
@@ -212,8 +223,10 @@ ordered_json dry_run_json(const SessionSetup& session, const SessionPreflight& p
                             {"moves", axis.moves}});
   }
   json["stops"] = ordered_json::array();
+  double ends_s = 0.0;
   for (const PlannedVisit& visit : found.itinerary->visits) {
-    json["stops"].push_back(visit_json(session, preflight, visit));
+    ends_s += visit.travel_s + visit.dwell_s;
+    json["stops"].push_back(visit_json(session, preflight, visit, ends_s));
   }
   return json;
 }

@@ -117,7 +117,103 @@ void add_poses_and_timing(const StoredSession& session, report::ReportData& data
   data.timing = timing_of(archive);
 }
 
+/// Least and most of the lamp monitor's readings over the first of their channel, minus 1.
+std::optional<std::pair<double, double>> monitor_range(const acquisition::SessionReader& archive) {
+  std::map<std::string, double> first;
+  std::optional<std::pair<double, double>> range;
+  for (const acquisition::FrameRecord& frame : archive.frames()) {
+    if (frame.channel.empty() || !(frame.monitor > 0.0)) continue;
+    const double change =
+        frame.monitor / first.try_emplace(frame.channel, frame.monitor).first->second - 1.0;
+    if (!range) range.emplace(0.0, 0.0);
+    range->first = std::min(range->first, change);
+    range->second = std::max(range->second, change);
+  }
+  return range;
+}
+
+report::CheckResult lamp_row(const acquisition::SessionReader& archive,
+                             const acquisition::Reduction& reduction) {
+  using report::CheckStatus;
+  std::string text;
+  if (reduction.white_drift_relative) {
+    text = fmt::format(
+        "closing white over opening by the monitor {:+.2f} % in the worst channel, usual within "
+        "{:g} %",
+        100.0 * *reduction.white_drift_relative, 100.0 * acquisition::kUsualDrift);
+  } else {
+    text = "there is but one white";
+  }
+  if (const auto range = monitor_range(archive)) {
+    text += fmt::format("; the lamp's monitor read {:+.2f} to {:+.2f} % of its first readings",
+                        100.0 * range->first, 100.0 * range->second);
+  }
+  const double drift = std::abs(reduction.white_drift_relative.value_or(0.0));
+  return {"Lamp",
+          !reduction.white_drift_relative     ? CheckStatus::not_applicable
+          : drift <= acquisition::kUsualDrift ? CheckStatus::passed
+                                              : CheckStatus::remark,
+          text};
+}
+
+report::CheckResult sentinel_row(const acquisition::SessionReader& archive) {
+  using report::CheckStatus;
+  const std::vector<acquisition::SentinelVisit> visits = acquisition::sentinel_visits(archive);
+  if (visits.size() < 2) {
+    return {"Sentinel", CheckStatus::not_applicable, "a session this short looks at none"};
+  }
+  double worst = 0.0;
+  for (const acquisition::SentinelVisit& visit : visits) {
+    for (const auto& [channel, level] : visit.reading) {
+      const auto first = visits.front().reading.find(channel);
+      if (first == visits.front().reading.end()) continue;
+      const double change = level.level_dn_per_s / first->second.level_dn_per_s - 1.0;
+      if (std::abs(change) > std::abs(worst)) worst = change;
+    }
+  }
+  const auto stepped = [](const acquisition::SessionNote& note) {
+    return note.text.find("the sentinel changed") != std::string::npos;
+  };
+  const bool steady = std::none_of(archive.notes().begin(), archive.notes().end(), stepped);
+  return {
+      "Sentinel", steady ? CheckStatus::passed : CheckStatus::remark,
+      fmt::format("{} readings of a fixed pose on the sample, at most {:+.2f} % off the first{}",
+                  visits.size(), 100.0 * worst, steady ? "" : ", with a step")};
+}
+
 }  // namespace
+
+std::string to_text(const std::vector<acquisition::PairAgreement>& pairs) {
+  if (pairs.empty()) return "";
+  double change = 0.0;
+  double u = 0.0;
+  std::ptrdiff_t agree = 0;
+  for (const acquisition::PairAgreement& pair : pairs) {
+    change = std::max(change, std::abs(pair.change_relative));
+    u = std::max(u, pair.u_relative);
+    agree += pair.agrees() ? 1 : 0;
+  }
+  return fmt::format(
+      "{} of {} points measured twice agree with themselves: they differ by {:.2f} % at most, each "
+      "known to {:.2f} % or better",
+      agree, pairs.size(), 100.0 * change, 100.0 * u);
+}
+
+std::vector<report::CheckResult> session_checks(const acquisition::SessionReader& archive,
+                                                const acquisition::Reduction& reduction) {
+  using report::CheckStatus;
+  const std::vector<acquisition::PairAgreement>& pairs = reduction.pairs;
+  const bool agree =
+      std::all_of(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.agrees(); });
+  std::vector<report::CheckResult> rows{lamp_row(archive, reduction), sentinel_row(archive)};
+  rows.push_back({"Points measured twice",
+                  pairs.empty() ? CheckStatus::not_applicable
+                  : agree       ? CheckStatus::passed
+                                : CheckStatus::remark,
+                  pairs.empty() ? "none: --repeat-pairs and --reciprocity-pairs ask for them"
+                                : to_text(pairs)});
+  return rows;
+}
 
 report::ReportData session_report(const StoredSession& session) {
   const acquisition::SessionReader& archive = session.archive;
@@ -251,7 +347,9 @@ std::vector<report::CheckResult> self_checks(const brdf::BrdfTable& table, const
                      innovation)});
     checks.push_back({"Samples explained",
                       fit->chi2_per_sample <= 3.0 ? CheckStatus::passed : CheckStatus::remark,
-                      fmt::format("chi2 of the residuals {:.2f} per value", fit->chi2_per_sample)});
+                      fmt::format("chi2 of what the fit leaves of its own samples {:.2f} per "
+                                  "value: below 1 for a fit, which follows them; above 3 it cannot",
+                                  fit->chi2_per_sample)});
   }
   const std::size_t clamped = quality::clamped_cells(table);
   const std::size_t cells = brdf::lattice::cells_above_horizon(table.convention()).size();

@@ -16,6 +16,14 @@ namespace gonio::cli {
 /// and truth are added by the caller.
 report::ReportData session_report(const StoredSession& session);
 
+/// "9 of 10 points measured twice agree with themselves: ..."; empty: none was.
+std::string to_text(const std::vector<acquisition::PairAgreement>& pairs);
+
+/// What the session watched itself by, as rows of the page's checks, also when all is well: lamp,
+/// sentinel, points measured twice.
+std::vector<report::CheckResult> session_checks(const acquisition::SessionReader& archive,
+                                                const acquisition::Reduction& reduction);
+
 /// Samples beside the fit, for the page.
 std::vector<report::FittedSample> fitted_samples(const samples::SampleSet& samples,
                                                  const basis::Fit& fit);

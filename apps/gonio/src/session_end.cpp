@@ -70,8 +70,8 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
   if (live) live->end(result.complete ? "finished" : why_incomplete(result, stop.token()));
   for (const std::string& warning : result.warnings) console.warn(warning);
   console.say(fmt::format(
-      "{}: {} of {} directions{} in {} of session time", archive, result.measured, result.planned,
-      goes_on ? fmt::format(", {} of them now,", result.measured_now) : std::string(),
+      "{}: {} of {} directions{} {} of session time", archive, result.measured, result.planned,
+      goes_on ? fmt::format(", {} of them now; this part took", result.measured_now) : " in",
       duration_text(result.duration_s)));
   if (result.suspect > 0) {
     console.warn(

@@ -260,7 +260,10 @@ std::optional<quality::Prospect> SessionLoop::look(const SessionReader& archive)
     acquisition::Reduction reduced = acquisition::reduce(archive, instrument_, rig_.reduction);
     reduced.samples.scale = scale_;
     std::optional<quality::Prospect> seen = quality::prospect(*settings_.basis, reduced.samples);
-    if (seen) coefficients_ = seen->coefficients;
+    if (seen) {
+      coefficients_ = seen->coefficients;
+      expected_psnr_db_ = seen->outlook.expected_psnr_db;
+    }
     return seen;
   } catch (const DataFormatError&) {
     return std::nullopt;

@@ -37,6 +37,12 @@ class SessionLoop final : public acquisition::Steering {
   /// By the last fit it made to decide.
   std::optional<acquisition::ExpectedSample> expected() const override;
 
+  /// What a picture of the result is expected at, in dB, by the last fit it made to decide; nothing
+  /// before the first.
+  std::optional<double> expected_psnr_db() const { return expected_psnr_db_; }
+  /// As asked for (LoopSettings::until_db).
+  std::optional<double> wanted_psnr_db() const { return settings_.until_db; }
+
   /// The same from an archive at hand, also one of before (SessionReader::before_note()).
   std::optional<acquisition::Decision> decide(const acquisition::SessionSoFar& now,
                                               const acquisition::SessionReader& archive) const;
@@ -61,6 +67,7 @@ class SessionLoop final : public acquisition::Steering {
   const Console* console_;
   rig::Inverse inverse_;
   quality::NextPose next_;
+  mutable std::optional<double> expected_psnr_db_;
   mutable Eigen::MatrixXd coefficients_;  ///< k x 3, of the last fit; empty: none yet
 };
 

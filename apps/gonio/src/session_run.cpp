@@ -8,12 +8,16 @@
 #include <ctime>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "asking_changer.h"
+#include "changer_wait.h"
 #include "gonio/acquisition/archive_observer.h"
+#include "gonio/acquisition/time_left.h"
 #include "gonio/acquisition/trust_notes.h"
 #include "gonio/console/failures.h"
+#include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
 #include "gonio/instrument/calibration_file.h"
 #include "gonio/opened_rig/opened_rig.h"
@@ -107,6 +111,37 @@ SessionPreflight check(const acquisition::DeviceSet& devices, const SessionSetup
     throw UsageError(refusal->text);
   }
   return preflight;
+}
+
+/// Says how long it will take, before anything moves. `time_scale`: seconds of the session for one
+/// of the host; nothing: as fast as the host can.
+void tell_forecast(const Console& console, const SessionSetup& session,
+                   const SessionPreflight& preflight, const acquisition::SessionPart& part,
+                   std::optional<double> time_scale) {
+  std::set<int> left;
+  for (int point = 0; point < static_cast<int>(session.plan.points.size()); ++point) {
+    const bool wanted = !part.enough && !part.dropped.contains(point);
+    if (wanted && !part.done.contains(point)) left.insert(point);
+  }
+  // The interval is of a whole session; what is left of one has none of its own.
+  const bool whole = left.size() == session.plan.points.size();
+  const acquisition::TimeLeft time(*preflight.found.itinerary, session.plan);
+  const double left_s =
+      whole ? preflight.found.forecast->total_s.expected : time.from("home", left);
+  std::string text =
+      fmt::format("{} point(s) to measure, about {}", left.size(),
+                  whole ? to_text(preflight.found.forecast->total_s) : duration_text(left_s));
+  if (!time_scale || *time_scale != 1.0) text += " of session time";
+  if (time_scale) {
+    const double host_s = left_s / *time_scale;
+    const std::time_t now = std::time(nullptr);
+    const std::time_t end = now + static_cast<std::time_t>(host_s);
+    constexpr double kHalfADay_s = 12.0 * 3600.0;
+    text += fmt::format("; until about {}",
+                        host_s < kHalfADay_s ? fmt::format("{:%H:%M}", fmt::localtime(end))
+                                             : fmt::format("{:%d %b %H:%M}", fmt::localtime(end)));
+  }
+  console.say(text);
 }
 
 /// Space for the frames of the points that are not done, and for what comes around them.
@@ -231,9 +266,13 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   // A pause that comes while a person is asked finds no point to finish: it ends this part as well.
   std::stop_source ends;
   const std::stop_callback forward(stop, [&ends] { ends.request_stop(); });
-  AskingChanger person(rig->devices().changer, ends.get_token(), pause,
-                       [&ends] { ends.request_stop(); });
-  const acquisition::DeviceSet devices = with_changer(rig->devices(), session, person);
+  acquisition::DeviceSet own = rig->devices();
+  std::optional<ChangerWait> changer;
+  if (own.changer != nullptr) {
+    own.changer = &changer.emplace(*own.changer, console, ends.get_token());
+  }
+  AskingChanger person(own.changer, ends.get_token(), pause, [&ends] { ends.request_stop(); });
+  const acquisition::DeviceSet devices = with_changer(own, session, person);
   const SessionPreflight preflight = check(devices, session, points_done);
   use_forecast(*preflight.found.forecast, session.plan);
   if (resumed) require_same_devices(session, *resumed, *rig);
@@ -241,19 +280,31 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
   // Run as it is stored, to the last bit: a session that is resumed goes to the same places.
   const std::string poses = plan_text(session.instrument.rig, session.plan, {}, {});
   session.plan.points = stored_poses(poses, kPosesText, session.instrument.rig).points;
-  Progress progress(console, "measuring");
-  std::optional<SessionReserve> reserve;  // once there is an archive
+  acquisition::SessionPart part;
+  if (resumed) part = acquisition::part_to_resume(resumed->state);
   const std::optional<double> time_scale =
       session.simulated ? session.rig.world.time_scale : std::optional(rig->time_scale());
+  tell_forecast(console, session, preflight, part, time_scale);
+  Progress progress(console, "measuring");
+  std::optional<SessionReserve> reserve;  // once there is an archive
   if (monitor != nullptr) {
     monitor->runs_at(time_scale);
     if (resumed) monitor->were_done(resumed->state.done);
   }
+  std::optional<SessionLoop> loop;
+  if (session.loop) {
+    loop.emplace(*session.loop, session.instrument, session.rig, session.archive,
+                 session.material.scale, &console);
+  }
   const auto show = [&](const acquisition::SessionProgress& now) {
     if (monitor != nullptr) monitor->on_progress(now);
     const double whole = now.elapsed_s + now.remaining_s;
-    const std::string words =
-        now.phase == "point" ? fmt::format("point {} of {}", now.done + 1, now.total) : now.phase;
+    std::string words =
+        now.point ? fmt::format("point {}, {} of {} done", *now.point, now.done, now.total)
+                  : now.phase;
+    if (loop && loop->wanted_psnr_db() && loop->expected_psnr_db()) {
+      words += fmt::format(", {:.1f} dB expected", *loop->expected_psnr_db());
+    }
     const double fraction = whole > 0.0 ? now.elapsed_s / whole : 0.0;
     // The time left is the session's own; one in a world at no pace passes it much faster.
     if (time_scale) {
@@ -274,17 +325,10 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                             {kCalibrationText, calibration}});
   ResumeTeller teller(console, monitor);
   archive.observe(resumed ? &teller : static_cast<acquisition::ArchiveObserver*>(monitor));
-  acquisition::SessionPart part;
-  if (resumed) part = acquisition::part_to_resume(resumed->state);
   const acquisition::Expectation expectation = expectation_of(session);
   part.expectation = &expectation;
   reserve.emplace(session, preflight, devices.camera->info(), points_done);
   part.pause = std::move(pause);
-  std::optional<SessionLoop> loop;
-  if (session.loop) {
-    loop.emplace(*session.loop, session.instrument, session.rig, session.archive,
-                 session.material.scale, &console);
-  }
   acquisition::SessionResult result =
       acquisition::run_session(devices, session.instrument, session.plan, session.rig.session,
                                archive, show, ends.get_token(), part, loop ? &*loop : nullptr);
@@ -319,8 +363,17 @@ std::string metadata(const acquisition::SessionReader& archive, const std::strin
 
 acquisition::Reduction reduce_session(const StoredSession& session,
                                       const acquisition::ReductionOptions& options) {
-  acquisition::Reduction reduction =
-      acquisition::reduce(session.archive, session.instrument, options);
+  acquisition::Reduction reduction = [&] {
+    try {
+      return acquisition::reduce(session.archive, session.instrument, options);
+    } catch (const DataFormatError& error) {
+      if (session.archive.finished()) throw;
+      throw UsageError(error.what(),
+                       fmt::format("the session did not come to its end; gonio resume {} goes on "
+                                   "with it",
+                                   session.archive.folder().string()));
+    }
+  }();
   const std::string scale = metadata(session.archive, "radiometric_scale");
   if (!scale.empty()) {
     reduction.samples.scale =

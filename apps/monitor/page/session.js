@@ -18,7 +18,7 @@ function showPhase(text, kind) {
 }
 
 function showProgress() {
-  const under = state.phase === "point" ? "point " + (state.points_done + 1) + " of " + state.points_total : state.phase;
+  const under = state.phase === "point" ? "point " + state.point : state.phase;
   showPhase(under || "preparing", phaseClass[state.phase] || "na");
   say("title", state.sample_id || state.archive);
   document.title = (state.points_total ? state.points_done + "/" + state.points_total + " " : "") + "gonio live";
@@ -50,9 +50,10 @@ function showFrame() {
     byId("frame").src = "/frame.png?n=" + frame.id;
     byId("frame").hidden = false;
   }
-  const what = frame.kind === "sample" ? "point " + (frame.point + 1) : frame.kind.replace("_", " ");
+  const what = frame.kind === "sample" ? "point " + frame.point : frame.kind.replace("_", " ");
   say("frame-says", what + (frame.channel ? ", " + frame.channel : "") + ", " +
-    Number(frame.exposure_ms.toPrecision(3)) + " ms, " + frame.width_px + " × " + frame.height_px + " px");
+    Number(frame.exposure_ms.toPrecision(3)) + " ms, " + frame.width_px + " × " + frame.height_px + " px" +
+    (frame.newest ? "" : "; at " + duration(frame.at_s) + ", not the newest"));
   drawHistogram(byId("histogram"), frame.figures);
   const saturated = 100 * frame.figures.saturated_share;
   say("histogram-says", "mean " + frame.figures.mean_dn.toFixed(0) + ", " + frame.figures.min_dn + " to " +
@@ -97,7 +98,7 @@ function showSamples() {
   const ticks = [];
   for (let e = low; e <= high; ++e) ticks.push([10 ** e, e < -3 || e > 3 ? "1e" + e : String(10 ** e)]);
   drawChart(byId("samples"), {dots, crosses, ticks, logarithmic: true, low: 10 ** low, high: 10 ** high,
-    from: 0.5, to: Math.max(state.points_total, 1) + 0.5, fromLabel: "point 1", toLabel: String(state.points_total)});
+    from: 0.5, to: Math.max(state.points_total, 1) + 0.5, fromLabel: "first point", toLabel: "of " + state.points_total});
 }
 
 function showLamp() {

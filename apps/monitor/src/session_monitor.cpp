@@ -35,6 +35,7 @@ void SessionMonitor::on_progress(const acquisition::SessionProgress& now) noexce
   best_effort([&] {
     const std::lock_guard lock(mutex_);
     now_.progress = now;
+    now_.progress_at = std::chrono::steady_clock::now();
   });
 }
 
@@ -47,6 +48,7 @@ void SessionMonitor::on_frame(const acquisition::FrameRecord& record,
     {
       const std::lock_guard lock(mutex_);
       ++now_.frames;
+      if (frame_) frame_->newest = false;
       now_.joints = record.joints;
       if (lit && record.monitor > 0.0) {
         lamp_[record.channel].add({devices::to_seconds(record.exposure_start), record.monitor});
@@ -154,6 +156,17 @@ SessionMonitor::Snapshot SessionMonitor::snapshot() const {
   taken.points_told = points_.size();
   for (const auto& [channel, series] : lamp_) taken.lamp[channel] = series.values();
   return taken;
+}
+
+acquisition::SessionProgress SessionMonitor::counted_on(const Snapshot& snapshot,
+                                                        std::chrono::steady_clock::time_point now) {
+  acquisition::SessionProgress progress = snapshot.progress;
+  if (!snapshot.ended.empty() || !snapshot.time_scale || progress.phase.empty()) return progress;
+  const double passed_s =
+      *snapshot.time_scale * std::chrono::duration<double>(now - snapshot.progress_at).count();
+  progress.elapsed_s += passed_s;
+  progress.remaining_s = std::max(0.0, progress.remaining_s - passed_s);
+  return progress;
 }
 
 std::vector<SessionMonitor::Point> SessionMonitor::points(std::size_t from,

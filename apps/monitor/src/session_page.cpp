@@ -106,6 +106,8 @@ struct SessionPage::State {
     const SessionMonitor::Snapshot now = monitor.snapshot();
     const SessionFacts& facts = monitor.facts();
     saw(now);
+    const acquisition::SessionProgress progress =
+        SessionMonitor::counted_on(now, std::chrono::steady_clock::now());
     nlohmann::ordered_json state = {
         {"archive", facts.archive},
         {"rig", facts.rig},
@@ -119,8 +121,8 @@ struct SessionPage::State {
         {"measured", now.measured},
         {"not_measured", now.not_measured},
         {"frames", now.frames},
-        {"elapsed_s", now.progress.elapsed_s},
-        {"remaining_s", now.progress.remaining_s},
+        {"elapsed_s", progress.elapsed_s},
+        {"remaining_s", progress.remaining_s},
         {"time_scale", now.time_scale ? nlohmann::ordered_json(*now.time_scale) : nullptr},
         {"pose", pose_json(monitor.instrument().rig, now.joints)},
         {"lamp", lamp_json(now)},
@@ -128,9 +130,12 @@ struct SessionPage::State {
         {"notes_told", now.notes_told},
         {"frame", frame()},
         {"reconstruction", reconstruction_state(now.measured)}};
-    const auto next = static_cast<std::size_t>(now.progress.done);
-    if (now.progress.phase == "point" && next < facts.directions.size()) {
-      const brdf::HalfDiff& direction = facts.directions[next];
+    if (!progress.point) return state;
+    state["point"] = *progress.point;
+    // Those that decisions have added are not among them.
+    const auto under_way = static_cast<std::size_t>(*progress.point);
+    if (under_way < facts.directions.size()) {
+      const brdf::HalfDiff& direction = facts.directions[under_way];
       state["direction"] = {{"theta_h_deg", direction.theta_h.degrees()},
                             {"theta_d_deg", direction.theta_d.degrees()},
                             {"phi_d_deg", direction.phi_d.degrees()}};
@@ -154,6 +159,7 @@ struct SessionPage::State {
     told.insert_or_assign(record.id, view);
     if (told.size() > kFramesKept) told.erase(told.begin());
     return {{"id", record.id},
+            {"newest", held->newest},
             {"kind", to_string(record.kind)},
             {"point", record.point},
             {"channel", record.channel},

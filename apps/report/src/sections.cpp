@@ -99,7 +99,7 @@ std::string hero_section(const ReportData& data, const std::string& sphere) {
   for (const TimingEntry& entry : data.timing) {
     seconds += std::isfinite(entry.seconds) ? std::max(0.0, entry.seconds) : 0.0;
   }
-  if (seconds > 0.0) tiles += tile(duration(seconds), "session time");
+  if (seconds > 0.0) tiles += tile(duration(seconds), "whole session");
 
   return fmt::format(
       "<header class=\"hero\">\n<div class=\"sphere\">{}</div>\n<div>\n<div class=\"kicker\">BRDF "

@@ -50,6 +50,10 @@ struct PairAgreement {
   bool agrees() const;
 };
 
+/// Of the white over a session, relative, after the lamp monitor. More is no drift of a warm lamp;
+/// its share of u_common then passes that of a good white reference.
+inline constexpr double kUsualDrift = 0.02;
+
 struct Reduction {
   samples::SampleSet samples;
   std::vector<std::string> warnings;  ///< dropped sub-samples, white drift, damage found

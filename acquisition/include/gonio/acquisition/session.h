@@ -88,8 +88,9 @@ struct SessionOptions {
 
 /// What a session tells while it runs; called on the session's thread.
 struct SessionProgress {
-  std::string phase;  ///< "home", "dark", "white", "point", "check", "closing white", "park"
-  int done = 0;       ///< points finished
+  std::string phase;         ///< "home", "dark", "white", "point", "check", "closing white", "park"
+  std::optional<int> point;  ///< of phase "point": which, by its place in the plan, from 0
+  int done = 0;              ///< points finished
   int total = 0;
   double elapsed_s = 0.0;    ///< session clock; of this part
   double remaining_s = 0.0;  ///< as foreseen (Forecast), points by what those measured took

@@ -66,10 +66,12 @@ class SessionMonitor final : public acquisition::ArchiveObserver {
   struct HeldFrame {
     acquisition::FrameRecord record;
     std::shared_ptr<const devices::Frame> frame;
+    bool newest = true;  ///< none was taken since
   };
   /// One moment of it all, without the frame's pixels and the points.
   struct Snapshot {
     acquisition::SessionProgress progress;
+    std::chrono::steady_clock::time_point progress_at;  ///< when that was told
     Wish wish = Wish::none;
     std::optional<double> time_scale;
     std::string ended;   ///< how; empty while it runs
@@ -83,13 +85,18 @@ class SessionMonitor final : public acquisition::ArchiveObserver {
     std::map<std::string, std::vector<ThinnedSeries::Value>> lamp;  ///< monitor readings by channel
   };
 
+  /// What was told last, with the time that has passed since at the session's pace. As it was told
+  /// when it is over, or in a world at no pace.
+  static acquisition::SessionProgress counted_on(const Snapshot& snapshot,
+                                                 std::chrono::steady_clock::time_point now);
+
   const SessionFacts& facts() const { return facts_; }
   const instrument::Instrument& instrument() const { return instrument_; }
   Snapshot snapshot() const;
   /// At most `most` points in the order they were told, from the `from`-th on.
   std::vector<Point> points(std::size_t from, std::size_t most) const;
-  /// The newest while somebody asks every few seconds; the first time it may be an old one. None:
-  /// no frame yet.
+  /// The newest while somebody asks every few seconds; the first time it may be an older one, which
+  /// says so. None: no frame yet.
   std::optional<HeldFrame> frame();
 
  private:

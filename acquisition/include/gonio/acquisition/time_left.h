@@ -7,6 +7,7 @@
 
 #include "gonio/acquisition/itinerary.h"
 #include "gonio/acquisition/measurement_plan.h"
+#include "gonio/acquisition/session_archive.h"
 
 namespace gonio::acquisition {
 
@@ -42,5 +43,14 @@ class TimeLeft {
   double foreseen_ = 0.0;         ///< of those that were measured
   double taken_ = 0.0;            ///< by those
 };
+
+/// The same of a session that another process measures, by what its journal holds: from the
+/// beginning of what it did last, at the pace of the points of this part.
+///
+/// `plan`    With the points that decisions have added (ResumeState::decisions) behind its own.
+/// Returns   Seconds, from the latest row of the journal on; 0 for a finished session.
+/// Throws    DataFormatError as resume_state().
+double seconds_left(const SessionReader& archive, const Itinerary& itinerary,
+                    const MeasurementPlan& plan);
 
 }  // namespace gonio::acquisition

@@ -1,0 +1,88 @@
+#include "stored_setup.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "gonio/brdf/diffuse_models.h"
+#include "gonio/errors/errors.h"
+#include "plan_file.h"
+
+namespace gonio::cli {
+namespace {
+
+std::uint64_t seed_of(const acquisition::SessionReader& archive) {
+  const std::string text = metadata(archive, "seed");
+  std::uint64_t seed = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
+  if (error == std::errc() && end == text.data() + text.size()) return seed;
+  throw DataFormatError(archive.folder(), "metadata seed",
+                        fmt::format("found {:?}, expected a whole number", text));
+}
+
+}  // namespace
+
+SessionSetup stored_setup(const StoredSession& stored) {
+  const acquisition::SessionReader& archive = stored.archive;
+  SessionSetup session;
+  session.rig = stored.rig;
+  session.rig.path = metadata(archive, "rig_file");  // what the rig file names lies beside it
+  session.instrument = stored.instrument;
+  session.archive = archive.folder();
+  session.labels.sample_id = metadata(archive, "sample_id");
+  const auto poses = archive.configuration().find(kPosesText);
+  if (poses == archive.configuration().end()) {
+    throw UsageError(fmt::format("{}: configuration: found no {}; an earlier version made it",
+                                 archive.folder().string(), kPosesText));
+  }
+  session.plan = stored_poses(poses->second, archive.folder() / kPosesText, session.instrument.rig);
+  session.simulated = metadata(archive, "driver") == "simulated";
+  return session;
+}
+
+void set_stored_sample(const acquisition::SessionReader& archive, SessionSetup& session) {
+  if (!session.simulated) {
+    // Only its geometry is looked at, by the check before anything is opened.
+    session.material = {std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)),
+                        brdf::RadiometricScale::si};
+    return;
+  }
+  const std::string source = metadata(archive, "simulated_material_source");
+  if (source.empty()) {
+    throw UsageError(archive.folder().string() +
+                     ": does not say what lies on its simulated rig (made by gonio demo or an "
+                     "earlier version)");
+  }
+  session.material = load_sample(named_material(source));
+  session.seed = seed_of(archive);
+}
+
+void add_decided_points(const acquisition::SessionReader& archive,
+                        const acquisition::ResumeState& state, SessionSetup& session) {
+  acquisition::MeasurementPlan added;
+  for (const acquisition::LoggedDecision& logged : state.decisions) {
+    for (const acquisition::AddedPoint& point : logged.decision.added) {
+      const std::size_t expected = session.plan.points.size() + added.points.size();
+      if (static_cast<std::size_t>(point.point) != expected) {
+        throw DataFormatError(
+            archive.folder(), "decisions",
+            fmt::format("found point {} added, expected {}", point.point, expected));
+      }
+      if (point.pose.joints.size() != session.instrument.rig.axes.size()) {
+        throw DataFormatError(
+            archive.folder(), "decisions",
+            fmt::format("point {}: found {} joints, the rig has {} axes", point.point,
+                        point.pose.joints.size(), session.instrument.rig.axes.size()));
+      }
+      added.points.push_back({point.direction, point.pose, 0.0, 0.0});
+    }
+  }
+  if (added.points.empty()) return;
+  const rig::RigDescription& rig = session.instrument.rig;
+  const acquisition::MeasurementPlan checked =
+      realised_poses(plan_text(rig, added, {}, {}), archive.folder() / "decisions", rig);
+  session.plan.points.insert(session.plan.points.end(), checked.points.begin(),
+                             checked.points.end());
+}
+
+}  // namespace gonio::cli
