@@ -48,6 +48,9 @@ endfunction()
 #   their own. ONE_PROCESS runs the whole program as a single ctest entry instead: for suites with
 #   an expensive shared fixture. GMock and main() are linked.
 #
+#   Compiled in batches as the libraries are: what several files of a test use belongs in a header of
+#   its folder, and what differs between them needs names of its own.
+#
 #   Labels   unit (the default), untrusted (readers of untrusted files; asan runs these in .ci/run),
 #            scenario (whole sessions), slow, real_data (needs GONIO_REAL_DATA), wire, hardware.
 #   DEPENDS  further targets the test runs, such as the gonio program.
@@ -67,6 +70,7 @@ function(gonio_add_test name)
 
   set(target ${name}_test)
   add_executable(${target} ${arg_SOURCES})
+  gonio_compile_in_batches(${target})
   target_link_libraries(${target} PRIVATE ${arg_LIBS} GTest::gmock_main gonio_compiler)
   if(arg_DEPENDS)
     add_dependencies(${target} ${arg_DEPENDS})
@@ -105,7 +109,8 @@ function(gonio_add_benchmark name)
     PRIVATE ${arg_LIBS} benchmark::benchmark_main gonio_compiler)
 endfunction()
 
-# Reading Eigen, the JSON and the command line headers takes longer than compiling what uses them.
+# Reading Eigen, GoogleTest, the JSON and the command line headers takes longer than compiling what
+# uses them. Sources with compile options of their own stay alone.
 function(gonio_compile_in_batches target)
   set_target_properties(${target} PROPERTIES
     UNITY_BUILD ${GONIO_UNITY_BUILD} UNITY_BUILD_BATCH_SIZE 12)

@@ -9,15 +9,15 @@ namespace gonio::acquisition {
 namespace {
 
 constexpr double kMinute = 60.0;
-constexpr double kU = 0.001;
+constexpr double kWhiteU = 0.001;
 
 /// Levels of whites and sentinels that were not measured but said.
 class WhiteBridging : public testing::Test {
  protected:
-  void white(std::size_t part, double time_s, double level, double u = kU) {
+  void white(std::size_t part, double time_s, double level, double u = kWhiteU) {
     level_.visits.push_back({part, time_s, brdf::Rgb::Constant(level), brdf::Rgb::Constant(u)});
   }
-  void sentinel(std::size_t part, double time_s, double level, double u = kU) {
+  void sentinel(std::size_t part, double time_s, double level, double u = kWhiteU) {
     sentinels_.push_back({part, {time_s, brdf::Rgb::Constant(level), brdf::Rgb::Constant(u * u)}});
   }
   void bridge(std::size_t parts) { bridge_whites(sentinels_, parts, 0.0, level_); }
@@ -44,7 +44,7 @@ TEST_F(WhiteBridging, ThePartInTheMiddleKeepsBothFactors) {
   constexpr double kNoisy = 0.01;
   for (std::size_t part = 0; part < 3; ++part) {
     const double time_s = 60 * kMinute * static_cast<double>(part);
-    white(part, time_s, light[part] * (part == 1 ? 1.02 : 1.0), part == 1 ? kNoisy : kU);
+    white(part, time_s, light[part] * (part == 1 ? 1.02 : 1.0), part == 1 ? kNoisy : kWhiteU);
     sentinel(part, time_s + 10.0, 7.0 * light[part]);
   }
   bridge(3);

@@ -19,7 +19,6 @@ using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr std::size_t kEnough = 1U << 24U;
 constexpr std::int64_t kIn2033_s = 2'000'000'000;
 /// Far more than it takes, for machines that are busy.
 constexpr std::chrono::minutes kAtOnce{1};

@@ -19,8 +19,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr std::size_t kEnough = 1U << 24U;
-
 class Calibrate : public Workflow {
  protected:
   /// A hidden world on few pixels: enough for the steps that look at no target's shape.

@@ -11,6 +11,9 @@
 /// What tests of several subcommands in a row share.
 namespace gonio {
 
+/// Bytes: more than any file of these tests has.
+inline constexpr std::size_t kEnough = 1U << 24U;
+
 /// The nominal view on a sixteenth of the pixels, so that a session takes a second.
 inline const std::string kSmallRig = R"([camera]
 width_px = 80

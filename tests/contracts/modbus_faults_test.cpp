@@ -21,7 +21,6 @@ using namespace gonio::literals;
 
 using Host = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kPatience{300000};  // of the session
 constexpr double kResolutionDeg = 0.007;  // encoder step, positioning, half a step of the drive
 constexpr modbus_bus::BusOptions kBus{.response_timeout = 100ms, .retries = 2};
 const std::string kDeadForOneQuestion = "dead_link:count=3";  // as often as it is asked

@@ -13,7 +13,6 @@ namespace {
 
 using namespace gonio::literals;
 
-constexpr std::chrono::milliseconds kPatience{300000};  // of the session
 // Home marks are found again to 0.002 deg (one sigma), twice; encoder and drive count in steps.
 constexpr Angle kMark = 0.015_deg;
 

@@ -28,6 +28,7 @@ using namespace std::chrono_literals;
 
 enum class Family { leadshine, az };
 
+inline constexpr std::chrono::milliseconds kPatience{300000};  // of the world's time
 constexpr double kTimeScale = 50.0;
 constexpr std::chrono::milliseconds kLateBy{250};
 constexpr double kStepsPerDeg = 1000.0;

@@ -12,7 +12,7 @@ namespace {
 
 using namespace gonio::literals;
 
-constexpr std::chrono::milliseconds kPatience{600000};  // of the session
+constexpr std::chrono::milliseconds kSlowHomePatience{600000};  // of the session
 // Home marks are found again to 0.002 deg (one sigma), twice; encoder and drive count in steps.
 constexpr Angle kMark = 0.015_deg;
 
@@ -31,7 +31,7 @@ class UsbHomeDelta : public testing::TestWithParam<bool> {
   void open(bool confirmed) {
     rig_.counts_until_homed = confirmed;
     stage_ = rig_.open_stage();
-    stage_->home(kPatience);
+    stage_->home(kSlowHomePatience);
   }
 
   void turn_unseen(const std::string& degrees) {
@@ -52,9 +52,9 @@ TEST_P(UsbHomeDelta, IsWithinItsUncertainty) {
   for (std::size_t i = 0; i < 3; ++i) {
     SCOPED_TRACE(slips_deg[i]);
     stage_->begin_move_to(rig_.axis().home + from[i]);
-    const Angle believed = stage_->wait_until_settled(kPatience);
+    const Angle believed = stage_->wait_until_settled(kSlowHomePatience);
     if (slips_deg[i] != 0.0) turn_unseen(std::to_string(slips_deg[i]));
-    stage_->home(kPatience);
+    stage_->home(kSlowHomePatience);
     const auto stood = stage_->stood_before_home();
     ASSERT_TRUE(stood);
     const double delta_deg = (stood->angle - believed).degrees();
@@ -70,9 +70,9 @@ TEST_P(UsbHomeDelta, StandsWhereItWasAfterItsPowerWasOff) {
   open(true);
   // In joint angles the search falls: from here it comes to the mark at once.
   stage_->begin_move_to(rig_.axis().home + 2.0_deg);
-  const Angle believed = stage_->wait_until_settled(kPatience);
+  const Angle believed = stage_->wait_until_settled(kSlowHomePatience);
   rig_.bed.cycle_power(UsbRig::kStageName);
-  stage_->home(kPatience);
+  stage_->home(kSlowHomePatience);
   const auto stood = stage_->stood_before_home();
   ASSERT_TRUE(stood);
   EXPECT_NEAR((stood->angle - believed).degrees(), 0.0, (stood->within + kMark).degrees());
@@ -81,7 +81,7 @@ TEST_P(UsbHomeDelta, StandsWhereItWasAfterItsPowerWasOff) {
 TEST_P(UsbHomeDelta, IsNotToldUnlessConfirmed) {
   open(false);
   turn_unseen("0.05");
-  stage_->home(kPatience);
+  stage_->home(kSlowHomePatience);
   EXPECT_FALSE(stage_->tells());
   EXPECT_FALSE(stage_->stood_before_home());
 }

@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "gonio/usbtmc_monitor/scpi.h"
+#include "usbtmc_answer.h"
 
 namespace gonio::usbtmc_monitor {
 namespace {
@@ -34,25 +34,6 @@ TEST(UsbtmcMessage, TagsRunFrom1To255) {
   EXPECT_EQ(next_tag(0), 1);
   EXPECT_EQ(next_tag(1), 2);
   EXPECT_EQ(next_tag(255), 1);
-}
-
-Bytes answer(std::uint8_t tag, const std::string& text, bool end, std::size_t padding = 0) {
-  Bytes bytes{0x02,
-              tag,
-              static_cast<std::uint8_t>(~tag),
-              0,
-              static_cast<std::uint8_t>(text.size()),
-              0,
-              0,
-              0,
-              static_cast<std::uint8_t>(end ? 1 : 0),
-              0,
-              0,
-              0};
-  bytes.resize(12 + text.size());
-  std::copy(text.begin(), text.end(), bytes.begin() + 12);
-  bytes.resize(bytes.size() + padding, 0);
-  return bytes;
 }
 
 TEST(UsbtmcMessage, AnswersAreTakenApart) {

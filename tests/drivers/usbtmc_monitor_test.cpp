@@ -13,6 +13,7 @@
 
 #include "../contracts/throws_device_error.h"
 #include "fake_usb_device.h"
+#include "usbtmc_answer.h"
 
 namespace gonio::usbtmc_monitor {
 namespace {
@@ -25,31 +26,11 @@ using testing::HasSubstr;
 using testing::Property;
 using testing::Throws;
 using namespace std::chrono_literals;
-using Bytes = usb_bus::FakeUsbDevice::Bytes;
 
 constexpr std::uint8_t kAbortIn = 3;
 constexpr std::uint8_t kCheckAbortIn = 4;
 constexpr std::uint8_t kClear = 5;
 constexpr std::uint8_t kCheckClear = 6;
-
-Bytes answer(std::uint8_t tag, const std::string& text, bool end = true) {
-  const auto size = static_cast<std::uint32_t>(text.size());
-  Bytes bytes{0x02,
-              tag,
-              static_cast<std::uint8_t>(~tag),
-              0,
-              static_cast<std::uint8_t>(size),
-              static_cast<std::uint8_t>(size >> 8U),
-              0,
-              0,
-              static_cast<std::uint8_t>(end ? 1 : 0),
-              0,
-              0,
-              0};
-  bytes.resize(12 + text.size());
-  std::copy(text.begin(), text.end(), bytes.begin() + 12);
-  return bytes;
-}
 
 class UsbtmcMonitorTest : public testing::Test {
  protected:

@@ -17,7 +17,7 @@ using acquisition::SessionProgress;
 using acquisition::SessionReader;
 using Time = std::chrono::nanoseconds;
 
-constexpr int kPoint = 1;
+constexpr int kFlickeringPoint = 1;
 /// Of a point's mean, taken again: noise of other frames. Flicker of 20 % makes it ten times that.
 constexpr double kSameWithin = 0.01;
 constexpr int kOnsets = 3;
@@ -36,7 +36,8 @@ class FlickerTest : public SteadySession, public testing::WithParamInterface<Fli
   }
 
   bool is_struck(const SessionProgress& now) const {
-    return now.phase == std::get<0>(GetParam()) && (now.phase != "point" || now.done == kPoint);
+    return now.phase == std::get<0>(GetParam()) &&
+           (now.phase != "point" || now.done == kFlickeringPoint);
   }
 
   /// Each point is as in the undisturbed session, or, where it flickered still when it was taken
@@ -50,7 +51,7 @@ class FlickerTest : public SteadySession, public testing::WithParamInterface<Fli
     for (std::size_t i = 0; i < wanted.size(); ++i) {
       if (found[i].flags.find("suspect") != std::string::npos) {
         EXPECT_EQ(std::get<0>(GetParam()), "point") << "a white that flickers makes none suspect";
-        EXPECT_EQ(found[i].pose, kPoint) << "the light was steady there";
+        EXPECT_EQ(found[i].pose, kFlickeringPoint) << "the light was steady there";
         continue;
       }
       for (int colour = 0; colour < 3; ++colour) {

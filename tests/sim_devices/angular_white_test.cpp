@@ -11,7 +11,7 @@ namespace {
 
 using namespace gonio::literals;
 
-constexpr double kRounding = 1e-9;
+constexpr double kTableRounding = 1e-9;
 
 AngularFactor table() {
   return {{0.0_deg, 60.0_deg},
@@ -28,19 +28,19 @@ double factor(Angle theta_i, Angle theta_o, Angle delta_phi) {
 }
 
 TEST(AngularWhite, TakesItsNodesAsTheyStand) {
-  EXPECT_NEAR(factor(0.0_deg, 60.0_deg, 0.0_deg), 1.0, kRounding);
+  EXPECT_NEAR(factor(0.0_deg, 60.0_deg, 0.0_deg), 1.0, kTableRounding);
   EXPECT_NEAR(factor(60.0_deg, 60.0_deg, 0.0_deg), 1.4, 1e-6);  // arc cosine at its flat end
   EXPECT_NEAR(factor(60.0_deg, 60.0_deg, 180.0_deg), 1.2, 1e-6);
 }
 
 TEST(AngularWhite, InterpolatesInAllThreeAngles) {
-  EXPECT_NEAR(factor(60.0_deg, 60.0_deg, 90.0_deg), 1.3, kRounding);
-  EXPECT_NEAR(factor(30.0_deg, 60.0_deg, 90.0_deg), 1.15, kRounding);
-  EXPECT_NEAR(factor(30.0_deg, 30.0_deg, 90.0_deg), 1.075, kRounding);
+  EXPECT_NEAR(factor(60.0_deg, 60.0_deg, 90.0_deg), 1.3, kTableRounding);
+  EXPECT_NEAR(factor(30.0_deg, 60.0_deg, 90.0_deg), 1.15, kTableRounding);
+  EXPECT_NEAR(factor(30.0_deg, 30.0_deg, 90.0_deg), 1.075, kTableRounding);
 }
 
 TEST(AngularWhite, HoldsTheLastNodeBeyondTheTable) {
-  EXPECT_NEAR(factor(75.0_deg, 80.0_deg, 90.0_deg), 1.3, kRounding);
+  EXPECT_NEAR(factor(75.0_deg, 80.0_deg, 90.0_deg), 1.3, kTableRounding);
 }
 
 TEST(AngularWhite, IsBlackFromBelow) {

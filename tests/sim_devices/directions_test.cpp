@@ -26,11 +26,6 @@ class SpyBrdf final : public brdf::BrdfModel {
 
 /// DN of f = 1 under 4 W/m^2 at 1 ms: 0.39 * 205 * 4.
 constexpr double kUnitDn = 319.8;
-constexpr double kDn = 0.7;
-
-double dn(const devices::Frame& frame, int row, int column) {
-  return frame.at(row, column) - frame.black_level_dn;
-}
 
 devices::Frame spy_picture(const std::vector<Angle>& joints, SpyBrdf::Answer answer,
                            bool collimated = true) {

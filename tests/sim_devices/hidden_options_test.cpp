@@ -17,7 +17,7 @@ namespace {
 using devices::Target;
 
 constexpr std::uint64_t kSeeds = 50;
-constexpr double kRounding = 1e-9;
+constexpr double kRounding_deg = 1e-9;
 
 std::shared_ptr<const brdf::BrdfModel> plain_grey() {
   return std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5));
@@ -37,8 +37,8 @@ struct Spread {
 /// Within middle +- half, and using most of it: 100 and more uniform draws leave a tenth of the
 /// range free at one end once in 20,000 times.
 void expect_fills(const Spread& spread, double middle, double half) {
-  EXPECT_GE(spread.least, middle - half * (1.0 + kRounding));
-  EXPECT_LE(spread.most, middle + half * (1.0 + kRounding));
+  EXPECT_GE(spread.least, middle - half * (1.0 + kRounding_deg));
+  EXPECT_LE(spread.most, middle + half * (1.0 + kRounding_deg));
   EXPECT_LT(spread.least, middle - 0.7 * half);
   EXPECT_GT(spread.most, middle + 0.7 * half);
 }
@@ -94,8 +94,8 @@ TEST(HiddenOptions, AxesAndMountsAreOff) {
     for (const AxisOptions& axis : world.axes) {
       zero.add(axis.zero_offset.degrees());
       backlash.add(axis.backlash.degrees());
-      EXPECT_NEAR(axis.encoder_step.degrees(), 0.001, kRounding);
-      EXPECT_NEAR(axis.positioning_sigma.degrees(), 0.002, kRounding);
+      EXPECT_NEAR(axis.encoder_step.degrees(), 0.001, kRounding_deg);
+      EXPECT_NEAR(axis.positioning_sigma.degrees(), 0.002, kRounding_deg);
       EXPECT_EQ(axis.eccentricity_cos, Angle());
     }
     sample.add(world.sample_mount.tilt_about_x.degrees());
@@ -225,7 +225,7 @@ TEST(HiddenWhite, IsReciprocalAndOneAtTheReferencePoses) {
   }
   const auto node = [&](double deg) {
     const auto found = std::find_if(table.theta_i.begin(), table.theta_i.end(), [&](Angle theta) {
-      return std::abs(theta.degrees() - deg) < kRounding;
+      return std::abs(theta.degrees() - deg) < kRounding_deg;
     });
     return static_cast<std::size_t>(found - table.theta_i.begin());
   };

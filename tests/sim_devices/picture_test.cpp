@@ -13,8 +13,6 @@ namespace {
 //   DN = 0.39 * 205000 * exposure * 4 cos theta_i * albedo / pi.
 // At albedo 0.5 and 10 ms: 508.9884 cos theta_i (0.39 * 2050 * 2 / pi).
 constexpr double kFacingDn = 508.9884;
-// Half a DN of quantisation and four sigmas of the shot noise that is left (0.15 DN at 500).
-constexpr double kDn = 0.7;
 
 TEST(SimCamera, SeesALambertianPlateByInverseSquareAndAlbedo) {
   SimGoniometer world(ideal_options(0.5));

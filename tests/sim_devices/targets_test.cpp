@@ -29,10 +29,6 @@ devices::Frame picture_of(const SimOptions& options, Target target,
   return picture(world, joints, exposure);
 }
 
-double dn(const devices::Frame& frame, int row, int column) {
-  return frame.at(row, column) - frame.black_level_dn;
-}
-
 /// A plain world whose sensor takes the lamp's image too, and nothing else that is bright.
 SimOptions options_for_images() {
   SimOptions options = ideal_options(0.5);

@@ -76,9 +76,18 @@ inline devices::Frame picture(SimGoniometer& world, const std::vector<Angle>& jo
   return world.camera().capture(exposure);
 }
 
-/// DN above the black level at the pixel on the optical axis.
+/// Tolerance of a pixel in ideal_options(): half a DN of quantisation and four sigmas of the shot
+/// noise that is left (0.15 DN at 500).
+inline constexpr double kDn = 0.7;
+
+/// DN above the black level.
+inline double dn(const devices::Frame& frame, int row, int column) {
+  return frame.at(row, column) - frame.black_level_dn;
+}
+
+/// The same at the pixel on the optical axis.
 inline double centre_dn(const devices::Frame& frame) {
-  return frame.at(kCentreRow, kCentreColumn) - frame.black_level_dn;
+  return dn(frame, kCentreRow, kCentreColumn);
 }
 
 }  // namespace gonio::sim

@@ -83,7 +83,7 @@ std::vector<PeakSample> scan(const Shiny& sample, double arm_deg, std::uint64_t 
   return samples;
 }
 
-PeakOptions with_jitter() {
+PeakOptions peaks_with_jitter() {
   PeakOptions options;
   options.u_joint = Angle::from_degrees(0.002);
   return options;
@@ -117,8 +117,9 @@ std::vector<Peak> mirror_peaks(MovedZeros moved, std::uint64_t seed, bool both_w
     if (way < 0.0 && !both_ways) continue;
     moved.mirror.normal = tilted_normal(way * moved.mount_deg[0], way * moved.mount_deg[1]);
     for (const double arm : {40.0, 70.0, 100.0, 130.0}) {
-      peaks.push_back(fit_peak(
-          moved.believed, scan(moved.mirror, arm, way > 0 ? seed : seed + 5000), with_jitter()));
+      peaks.push_back(fit_peak(moved.believed,
+                               scan(moved.mirror, arm, way > 0 ? seed : seed + 5000),
+                               peaks_with_jitter()));
       peaks.back().turned = way < 0.0;
     }
   }
@@ -213,8 +214,8 @@ Shiny glossy(std::uint64_t seed, double x_deg, double y_deg, Lobe lobe = Lobe::B
 }
 
 std::vector<Peak> two_peaks(const Shiny& sample, std::uint64_t seed) {
-  return {fit_peak(sample.rig, scan(sample, 40.0, seed), with_jitter()),
-          fit_peak(sample.rig, scan(sample, 80.0, seed), with_jitter())};
+  return {fit_peak(sample.rig, scan(sample, 40.0, seed), peaks_with_jitter()),
+          fit_peak(sample.rig, scan(sample, 80.0, seed), peaks_with_jitter())};
 }
 
 TEST(MountNormal, IsFoundOnAGlossySample) {

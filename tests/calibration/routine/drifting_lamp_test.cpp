@@ -11,8 +11,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr instrument::UtcSeconds kNoon{std::chrono::seconds(1'700'000'000)};
-
 // A camera slow enough that the lamp, just switched on, brightens by a third of a percent during
 // the sweep: exposures taken from faint to bright would show that as a bend of their own.
 TEST(DriftingLamp, DoesNotPassForABendOfTheSensor) {
@@ -23,7 +21,7 @@ TEST(DriftingLamp, DoesNotPassForABendOfTheSensor) {
   test::HiddenBench bench(world);
   Routine routine(test::HiddenBench::nominal(sim::HiddenImage::small),
                   test::HiddenBench::settings(), {folder.path() / "cal"}, {{"camera", "sim"}},
-                  [] { return kNoon; });
+                  [] { return test::kNoon; });
   routine.take("darks", bench.devices, {}, {});
   routine.take("linearity", bench.devices, {}, {});
   const sim::CameraOptions& camera = bench.world.truth().camera;

@@ -12,6 +12,9 @@
 
 namespace gonio::calibration::routine::test {
 
+/// When every calibration of a hidden world is made.
+inline constexpr instrument::UtcSeconds kNoon{std::chrono::seconds(1'700'000'000)};
+
 /// A hidden world, and what an operator knows of it.
 struct HiddenBench {
   explicit HiddenBench(std::uint64_t seed, sim::HiddenImage size = sim::HiddenImage::small)

@@ -14,11 +14,9 @@
 namespace gonio::calibration::routine {
 namespace {
 
-constexpr instrument::UtcSeconds kNoon{std::chrono::seconds(1'700'000'000)};
-
 Routine routine_in(const std::filesystem::path& folder) {
   return Routine(test::HiddenBench::nominal(sim::HiddenImage::small), test::HiddenBench::settings(),
-                 {folder}, {{"camera", "sim"}}, [] { return kNoon; });
+                 {folder}, {{"camera", "sim"}}, [] { return test::kNoon; });
 }
 
 TEST(Routine, FindsTheSensorOfAHiddenWorldAndGoesOnFromTheFolder) {

@@ -10,15 +10,12 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kHalf_e_per_s = 250000.0;  // half a well in 18 ms
-constexpr double kTime_s = 0.018;
-
 TEST(LevelStatistics, TellsMeanAndTemporalVarianceOfAShadedScene) {
   SensorTruth truth;
   truth.prnu = 0.05;  // a fixed pattern ten times the shot noise must not matter
   SimpleSensor sensor(truth, 1);
-  const LevelStatistics level = sensor.level(kTime_s, kHalf_e_per_s);
-  const double electrons = kTime_s * kHalf_e_per_s;
+  const LevelStatistics level = sensor.level(kHalfWell_s, kHalfWell_e_per_s);
+  const double electrons = kHalfWell_s * kHalfWell_e_per_s;
   constexpr double kMean_e = 0.05 / 128.0;  // PRNU of the mean of 128 x 128 pixels
   EXPECT_NEAR(level.mean_dn.value, 64.0 + 0.39 * electrons, 4.0 * kMean_e * 0.39 * electrons);
   const double variance = 0.39 * 0.39 * (electrons + 2.4 * 2.4) + 1.0 / 12.0;
@@ -29,8 +26,8 @@ TEST(LevelStatistics, TellsMeanAndTemporalVarianceOfAShadedScene) {
 
 TEST(LevelStatistics, LeavesMaskedPixelsAndTheRestOfTheImageOut) {
   SimpleSensor sensor({}, 2);
-  OwnedFrame a = sensor.expose(kTime_s, kHalf_e_per_s);
-  OwnedFrame b = sensor.expose(kTime_s, kHalf_e_per_s);
+  OwnedFrame a = sensor.expose(kHalfWell_s, kHalfWell_e_per_s);
+  OwnedFrame b = sensor.expose(kHalfWell_s, kHalfWell_e_per_s);
   const auto clean = level_statistics(a.view(), b.view(), {.region = {16, 16, 64, 64, 2}});
   EXPECT_EQ(clean.pixels, 32U * 32U);
   std::vector<std::uint8_t> mask(a.pixels_dn.size(), 0);
@@ -48,8 +45,8 @@ TEST(LevelStatistics, LeavesMaskedPixelsAndTheRestOfTheImageOut) {
 
 TEST(LevelStatistics, TakesOutACommonStepOfTheLight) {
   SimpleSensor sensor({}, 3);
-  const OwnedFrame a = sensor.expose(kTime_s, kHalf_e_per_s);
-  const OwnedFrame b = sensor.expose(kTime_s, 1.01 * kHalf_e_per_s);
+  const OwnedFrame a = sensor.expose(kHalfWell_s, kHalfWell_e_per_s);
+  const OwnedFrame b = sensor.expose(kHalfWell_s, 1.01 * kHalfWell_e_per_s);
   const auto level = level_statistics(a.view(), b.view(), {});
   EXPECT_NEAR(level.mean_difference_dn, 0.01 * 0.39 * 4500.0, 1.0);
   const double variance = 0.39 * 0.39 * (4500.0 * 1.005 + 2.4 * 2.4) + 1.0 / 12.0;
@@ -58,8 +55,8 @@ TEST(LevelStatistics, TakesOutACommonStepOfTheLight) {
 
 TEST(LevelStatistics, RefusesPairsThatAreNone) {
   SimpleSensor sensor({}, 4);
-  const OwnedFrame a = sensor.expose(kTime_s, kHalf_e_per_s);
-  OwnedFrame other = sensor.expose(kTime_s, kHalf_e_per_s);
+  const OwnedFrame a = sensor.expose(kHalfWell_s, kHalfWell_e_per_s);
+  OwnedFrame other = sensor.expose(kHalfWell_s, kHalfWell_e_per_s);
   EXPECT_THAT(refusal([&] { level_statistics(a.view(), a.view(), {}); }),
               HasSubstr("the same in every pixel"));
   other.width_px = 64;
@@ -69,7 +66,7 @@ TEST(LevelStatistics, RefusesPairsThatAreNone) {
   other.width_px = 65;
   EXPECT_THAT(refusal([&] { level_statistics(other.view(), other.view(), {}); }),
               HasSubstr("65 x 256 has 16384 pixels"));
-  const OwnedFrame longer = sensor.expose(0.019, kHalf_e_per_s);
+  const OwnedFrame longer = sensor.expose(0.019, kHalfWell_e_per_s);
   EXPECT_THAT(refusal([&] { level_statistics(a.view(), longer.view(), {}); }),
               HasSubstr("exposures of 0.018 and 0.019 s"));
   OwnedFrame timeless = a;
@@ -77,7 +74,7 @@ TEST(LevelStatistics, RefusesPairsThatAreNone) {
   EXPECT_THAT(refusal([&] { level_statistics(timeless.view(), timeless.view(), {}); }),
               HasSubstr("a frame of nan s"));
   EXPECT_THAT(refusal([&] {
-                level_statistics(a.view(), sensor.expose(kTime_s, kHalf_e_per_s).view(),
+                level_statistics(a.view(), sensor.expose(kHalfWell_s, kHalfWell_e_per_s).view(),
                                  {.region = {0, 0, 10, 10, 1}});
               }),
               HasSubstr("100 good pixels"));
@@ -89,12 +86,12 @@ TEST(LevelStatistics, RefusesPairsThatAreNone) {
 
 TEST(LevelStatistics, RefusesASceneThatChanged) {
   SimpleSensor sensor({}, 5);
-  const OwnedFrame a = sensor.expose(kTime_s, kHalf_e_per_s);
-  const OwnedFrame brighter = sensor.expose(kTime_s, 1.05 * kHalf_e_per_s);
+  const OwnedFrame a = sensor.expose(kHalfWell_s, kHalfWell_e_per_s);
+  const OwnedFrame brighter = sensor.expose(kHalfWell_s, 1.05 * kHalfWell_e_per_s);
   EXPECT_THAT(refusal([&] { level_statistics(a.view(), brighter.view(), {}); }),
               HasSubstr("the mean went from"));
   // Something small moved: the mean of all stays within 2 %.
-  const OwnedFrame moved = sensor.expose(kTime_s, kHalf_e_per_s, [](std::size_t p) {
+  const OwnedFrame moved = sensor.expose(kHalfWell_s, kHalfWell_e_per_s, [](std::size_t p) {
     return p % 128 < 20 && p / 128 < 20 ? 0.5 : 1.0;
   });
   EXPECT_THAT(refusal([&] { level_statistics(a.view(), moved.view(), {}); }),

@@ -10,9 +10,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double kTime_s = 0.018;
-constexpr double kLight_e_per_s = 250000.0;
-
 /// A lens that loses 15 % to the corner.
 double shading(std::size_t p) {
   const double x = static_cast<double>(p % 128) / 64.0 - 1.0;
@@ -22,8 +19,8 @@ double shading(std::size_t p) {
 
 TEST(NonUniformity, FindsDsnuAndPrnuUnderShading) {
   SimpleSensor sensor({}, 51);
-  const auto found = fit_non_uniformity(sensor.stack(16, kTime_s, 0.0),
-                                        sensor.stack(16, kTime_s, kLight_e_per_s, shading));
+  const auto found = fit_non_uniformity(sensor.stack(16, kHalfWell_s, 0.0),
+                                        sensor.stack(16, kHalfWell_s, kHalfWell_e_per_s, shading));
   constexpr double kTolerance = 0.05;  // of the specification, 3.8
   EXPECT_NEAR(found.dsnu_dn.value / (1.2 * 0.39), 1.0, kTolerance);
   EXPECT_NEAR(found.prnu.value / 0.006, 1.0, kTolerance);
@@ -33,12 +30,12 @@ TEST(NonUniformity, FindsDsnuAndPrnuUnderShading) {
 
 TEST(NonUniformity, LightThatWandersIsNoPrnu) {
   SimpleSensor sensor({}, 52);
-  PixelStack bright(128, 128, kTime_s, SimpleSensor::kTop_dn);
+  PixelStack bright(128, 128, kHalfWell_s, SimpleSensor::kTop_dn);
   for (int f = 0; f < 16; ++f) {
     const double wander = f % 2 == 0 ? 0.995 : 1.005;
-    bright.add(sensor.expose(kTime_s, wander * kLight_e_per_s).view());
+    bright.add(sensor.expose(kHalfWell_s, wander * kHalfWell_e_per_s).view());
   }
-  const auto found = fit_non_uniformity(sensor.stack(16, kTime_s, 0.0), bright);
+  const auto found = fit_non_uniformity(sensor.stack(16, kHalfWell_s, 0.0), bright);
   EXPECT_NEAR(found.prnu.value / 0.006, 1.0, 0.05);
 }
 
@@ -50,8 +47,8 @@ TEST(NonUniformity, SigmasCoverTheTruth) {
   int prnu_inside = 0;
   for (int draw = 0; draw < kDraws; ++draw) {
     SimpleSensor sensor(truth, 7000 + static_cast<std::uint64_t>(draw));
-    const auto found =
-        fit_non_uniformity(sensor.stack(8, kTime_s, 0.0), sensor.stack(8, kTime_s, kLight_e_per_s));
+    const auto found = fit_non_uniformity(sensor.stack(8, kHalfWell_s, 0.0),
+                                          sensor.stack(8, kHalfWell_s, kHalfWell_e_per_s));
     if (std::abs(found.dsnu_dn.value - 1.2 * 0.39) <= 2.0 * found.dsnu_dn.sigma) ++dsnu_inside;
     if (std::abs(found.prnu.value - 0.006) <= 2.0 * found.prnu.sigma) ++prnu_inside;
   }
@@ -61,16 +58,16 @@ TEST(NonUniformity, SigmasCoverTheTruth) {
 
 TEST(NonUniformity, RefusesWhatItCannotTell) {
   SimpleSensor sensor({}, 53);
-  const PixelStack dark = sensor.stack(8, kTime_s, 0.0);
-  const PixelStack bright = sensor.stack(8, kTime_s, kLight_e_per_s);
+  const PixelStack dark = sensor.stack(8, kHalfWell_s, 0.0);
+  const PixelStack bright = sensor.stack(8, kHalfWell_s, kHalfWell_e_per_s);
   EXPECT_EQ(refusal([&] { fit_non_uniformity(dark, bright); }), "");
   EXPECT_THAT(refusal([&] { fit_non_uniformity(bright, dark); }), HasSubstr("lamp is off"));
-  EXPECT_THAT(refusal([&] { fit_non_uniformity(dark, sensor.stack(7, kTime_s, 1e5)); }),
+  EXPECT_THAT(refusal([&] { fit_non_uniformity(dark, sensor.stack(7, kHalfWell_s, 1e5)); }),
               HasSubstr("7 bright frames"));
   EXPECT_THAT(refusal([&] { fit_non_uniformity(dark, sensor.stack(8, 0.01, 1e5)); }),
               HasSubstr("take both alike"));
   PixelStack drifting = bright;
-  drifting.add(sensor.expose(kTime_s, 1.03 * kLight_e_per_s).view());
+  drifting.add(sensor.expose(kHalfWell_s, 1.03 * kHalfWell_e_per_s).view());
   EXPECT_THAT(refusal([&] { fit_non_uniformity(dark, drifting); }), HasSubstr("warm up"));
 }
 

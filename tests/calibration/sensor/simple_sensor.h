@@ -15,6 +15,10 @@
 
 namespace gonio::calibration::sensor {
 
+/// Light and time that fill half of the well.
+inline constexpr double kHalfWell_s = 0.018;
+inline constexpr double kHalfWell_e_per_s = 250000.0;
+
 /// What is hidden from the steps under test.
 struct SensorTruth {
   int width_px = 128;

@@ -18,8 +18,7 @@ using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
 constexpr int kAll = 100;  // more components than there are
-/// Squares of singular values, against the largest: products of float32 numbers.
-constexpr double kGramTolerance = 1e-6;
+using test::kGramTolerance;
 
 TrainingSet lobes(const std::vector<int>& numbers) {
   TrainingSet set(brdf::RadiometricScale::si);

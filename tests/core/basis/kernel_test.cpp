@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "directions_deg.h"
 #include "gonio/basis/dense_field.h"
 #include "gonio/basis/reconstruct.h"
 #include "gonio/basis/siblings.h"
@@ -16,18 +15,11 @@
 namespace gonio::basis {
 namespace {
 
-/// Two routes through double precision; the systems have condition numbers up to 1e6.
-constexpr double kRouteTolerance = 1e-7;
+using test::kRouteTolerance;
+
 /// The kernel of Method::kernel: amplitude, and length in nepers.
 constexpr double kAmplitude = 3.0;
 constexpr double kLength = 0.7;
-
-const std::vector<brdf::HalfDiff>& directions() {
-  static const std::vector<brdf::HalfDiff> all = {
-      half_diff_deg(3, 12, 28),  half_diff_deg(50, 19, 89), half_diff_deg(5, 70, 77),
-      half_diff_deg(15, 4, 130), half_diff_deg(1, 6, 37),   half_diff_deg(0.3, 71, 104)};
-  return all;
-}
 
 /// Values every training row would have at the samples, less their mean: n x m.
 Eigen::MatrixXd training_values(const Basis& basis, const samples::SampleSet& set) {
@@ -95,7 +87,7 @@ void expect_left_out(const Basis& basis, const Eigen::MatrixXd& system, const Fi
 
 TEST(Kernel, IsKernelRidgeOverTheTrainingRowsWrittenOut) {
   const Basis& basis = test::full_basis();
-  const samples::SampleSet set = test::sample(test::material(40), directions());
+  const samples::SampleSet set = test::sample(test::material(40), test::six_directions());
   const Fit found = fit(basis, set, with(Method::kernel));
 
   const Eigen::MatrixXd training = training_values(basis, set);
@@ -124,7 +116,7 @@ TEST(Kernel, LeavesSiblingsOutTogether) {
   basis.materials[4].group = "twins";
   EXPECT_EQ(sibling_groups(basis.materials), (std::vector<std::size_t>{0, 1, 2, 3, 1, 4}));
   EXPECT_EQ(count_groups(basis.materials), 5u);
-  const samples::SampleSet set = test::sample(test::material(40), directions());
+  const samples::SampleSet set = test::sample(test::material(40), test::six_directions());
   const Fit found = fit(basis, set, with(Method::kernel));
   const Eigen::MatrixXd training = training_values(basis, set);
   const Eigen::MatrixXd system =
@@ -142,7 +134,7 @@ TEST(Kernel, CountsTheNoiseSharedByAPose) {
   // Nine equal sub-samples whose error is all common say no more than one of them.
   const Basis& basis = test::full_basis();
   const auto measured = [&](int copies) {
-    samples::SampleSet set = test::sample(test::material(40), directions());
+    samples::SampleSet set = test::sample(test::material(40), test::six_directions());
     for (samples::Sample& sample : set.samples) sample.sigma_per_sr = 0.01 * sample.value_per_sr;
     samples::Sample repeated = set.samples[1];
     set.samples.erase(set.samples.begin() + 1);
@@ -159,7 +151,7 @@ TEST(Kernel, CountsTheNoiseSharedByAPose) {
 
 TEST(Evidence, WeighsCandidatesBetweenRidgeAndKernel) {
   const Basis& basis = test::full_basis();
-  const samples::SampleSet set = test::sample(test::material(40), directions());
+  const samples::SampleSet set = test::sample(test::material(40), test::six_directions());
   const Fit found = fit(basis, set, with(Method::automatic));
   EXPECT_GT(found.kernel_share, 0.0);
   EXPECT_LT(found.kernel_share, 1.0);
@@ -168,7 +160,7 @@ TEST(Evidence, WeighsCandidatesBetweenRidgeAndKernel) {
 }
 
 TEST(Evidence, GivesTheSameBytesWithOneAndTwoThreads) {
-  const samples::SampleSet set = test::sample(test::material(40), directions());
+  const samples::SampleSet set = test::sample(test::material(40), test::six_directions());
   parallel::set_thread_count(1);
   const Fit one = fit(test::full_basis(), set);
   parallel::set_thread_count(2);

@@ -55,8 +55,7 @@ struct Rows {
   }
 };
 
-/// Two routes through double precision; the small systems have condition numbers up to 1e6.
-constexpr double kRouteTolerance = 1e-7;
+using test::kRouteTolerance;
 
 TEST(Reconstruct, RidgeEqualsItsKernelForm) {
   const Basis& basis = test::full_basis();
@@ -205,7 +204,7 @@ TEST(Reconstruct, DoesNotDependOnTheOrderOfSamplesOrPoseNumbers) {
 }
 
 template <typename Change>
-std::string refusal(Change change) {
+std::string refusal_after(Change change) {
   samples::SampleSet set = test::sample(test::material(2), ten_directions());
   ReconstructOptions options;
   change(set, options);
@@ -220,21 +219,22 @@ std::string refusal(Change change) {
 TEST(Reconstruct, RefusesWhatItCannotUse) {
   using Set = samples::SampleSet;
   using Options = ReconstructOptions;
-  EXPECT_EQ(refusal([](Set&, Options&) {}), "accepted");
-  EXPECT_THAT(refusal([](Set& set, Options&) { set.samples.clear(); }), HasSubstr("no samples"));
-  EXPECT_THAT(refusal([](Set& set, Options&) { set.scale = brdf::RadiometricScale::merl; }),
+  EXPECT_EQ(refusal_after([](Set&, Options&) {}), "accepted");
+  EXPECT_THAT(refusal_after([](Set& set, Options&) { set.samples.clear(); }),
+              HasSubstr("no samples"));
+  EXPECT_THAT(refusal_after([](Set& set, Options&) { set.scale = brdf::RadiometricScale::merl; }),
               HasSubstr("scale merl"));
-  EXPECT_THAT(
-      refusal([](Set& set, Options&) { set.samples[3].direction = half_diff_deg(45, 60, 0); }),
-      HasSubstr("sample 4"));
-  EXPECT_THAT(refusal([](Set& set, Options&) {
+  EXPECT_THAT(refusal_after(
+                  [](Set& set, Options&) { set.samples[3].direction = half_diff_deg(45, 60, 0); }),
+              HasSubstr("sample 4"));
+  EXPECT_THAT(refusal_after([](Set& set, Options&) {
                 set.samples[1].value_per_sr[2] = std::numeric_limits<double>::infinity();
               }),
               HasSubstr("sample 2"));
-  EXPECT_THAT(refusal([](Set& set, Options&) { set.samples[1].sigma_per_sr[0] = -0.1; }),
+  EXPECT_THAT(refusal_after([](Set& set, Options&) { set.samples[1].sigma_per_sr[0] = -0.1; }),
               HasSubstr("negative sigma"));
-  EXPECT_THAT(refusal([](Set&, Options& options) { options.eta = -1.0; }), HasSubstr("eta"));
-  EXPECT_THAT(refusal([](Set&, Options& options) { options.relinearisations = -1; }),
+  EXPECT_THAT(refusal_after([](Set&, Options& options) { options.eta = -1.0; }), HasSubstr("eta"));
+  EXPECT_THAT(refusal_after([](Set&, Options& options) { options.relinearisations = -1; }),
               HasSubstr("relinearisations"));
 }
 

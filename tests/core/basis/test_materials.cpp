@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "directions_deg.h"
 #include "gonio/basis/basis_file.h"
 #include "gonio/errors/errors.h"
 
@@ -60,6 +61,13 @@ samples::SampleSet sample(const brdf::BrdfModel& model,
     set.samples.push_back(made);
   }
   return set;
+}
+
+const std::vector<brdf::HalfDiff>& six_directions() {
+  static const std::vector<brdf::HalfDiff> all = {
+      half_diff_deg(3, 12, 28),  half_diff_deg(50, 19, 89), half_diff_deg(5, 70, 77),
+      half_diff_deg(15, 4, 130), half_diff_deg(1, 6, 37),   half_diff_deg(0.3, 71, 104)};
+  return all;
 }
 
 Basis small_basis() {

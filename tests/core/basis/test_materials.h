@@ -31,6 +31,12 @@ Lobe material(int index);
 
 constexpr int kMaterials = 6;
 
+/// Two routes through double precision; the small systems have condition numbers up to 1e6.
+inline constexpr double kRouteTolerance = 1e-7;
+/// Of a Gram and its squares of singular values, against the largest: products of float32 numbers,
+/// summed in float32 512 at a time and in double from there.
+inline constexpr double kGramTolerance = 1e-6;
+
 /// The first kMaterials of them in SI, made once, and the Gram of their rows.
 const TrainingSet& training_set();
 const Eigen::MatrixXd& training_gram();
@@ -39,6 +45,9 @@ const Basis& full_basis();
 
 /// The bin centre of a lattice cell, where interpolated rows are the stored ones.
 brdf::HalfDiff bin_centre(int theta_h, int theta_d, int phi_d);
+
+/// Six directions spread over what a rig reaches.
+const std::vector<brdf::HalfDiff>& six_directions();
 
 /// Noise-free samples of a model.
 samples::SampleSet sample(const brdf::BrdfModel& model,

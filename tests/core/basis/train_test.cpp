@@ -28,8 +28,7 @@ Eigen::MatrixXd dense_centred_rows(const TrainingSet& set,
   return x;
 }
 
-/// Products of float32 numbers, summed in float32 512 at a time and in double from there.
-constexpr double kGramTolerance = 1e-6;
+using test::kGramTolerance;
 constexpr double kSinglePrecision = 5e-8;
 
 TEST(Gram, EqualsTheDenseDoubleComputation) {

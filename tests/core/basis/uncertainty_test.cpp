@@ -24,15 +24,8 @@ namespace {
 
 const std::string kSha(64, 'a');
 
-const std::vector<brdf::HalfDiff>& directions() {
-  static const std::vector<brdf::HalfDiff> all = {
-      half_diff_deg(3, 12, 28),  half_diff_deg(50, 19, 89), half_diff_deg(5, 70, 77),
-      half_diff_deg(15, 4, 130), half_diff_deg(1, 6, 37),   half_diff_deg(0.3, 71, 104)};
-  return all;
-}
-
 samples::SampleSet measured(double relative_noise) {
-  samples::SampleSet set = test::sample(test::material(40), directions());
+  samples::SampleSet set = test::sample(test::material(40), test::six_directions());
   for (samples::Sample& sample : set.samples) {
     sample.sigma_per_sr = relative_noise * sample.value_per_sr;
   }
@@ -94,7 +87,7 @@ TEST(NoiseCovariance, CountsNoiseSharedByAPoseOnce) {
 }
 
 TEST(Likeness, FindsTheMaterialThatWasMeasured) {
-  const samples::SampleSet set = test::sample(test::material(3), directions());
+  const samples::SampleSet set = test::sample(test::material(3), test::six_directions());
   const Likeness likeness = fit(test::full_basis(), set).likeness;
   for (Eigen::Index channel = 0; channel < 3; ++channel) {
     Eigen::Index nearest = 0;
@@ -107,7 +100,7 @@ TEST(Likeness, FindsTheMaterialThatWasMeasured) {
 
 TEST(Likeness, TakesAFactorCommonToAllChannelsOut) {
   const Basis& basis = test::full_basis();
-  samples::SampleSet brighter = test::sample(test::material(2), directions());
+  samples::SampleSet brighter = test::sample(test::material(2), test::six_directions());
   const double before = fit(basis, brighter).likeness.innovation;
   for (samples::Sample& sample : brighter.samples) sample.value_per_sr *= 2.0;
   const Fit scaled = fit(basis, brighter);

@@ -7,6 +7,8 @@
 
 namespace gonio::brdf::testing {
 
+inline constexpr double kQuadrature = 5e-3;  ///< tolerance of directional_albedo() for any model
+
 /// Share of light from theta_i that a surface reflects: integral of f cos theta_o over directions.
 ///
 /// Midpoint rule over half vectors crowded towards the normal, u = (theta_h / 90 deg)^(1/4), which

@@ -8,19 +8,19 @@
 #include <stdexcept>
 
 #include "albedo_quadrature.h"
+#include "reference_values.h"
 
 namespace gonio::brdf {
 namespace {
 
 using literals::operator""_deg;
 using testing::directional_albedo;
+using testing::kCurveError;
+using testing::kGold;
+using testing::kQuadrature;
+using testing::kRounding;
+using testing::kSilver;
 
-constexpr double kRounding = 1e-12;   // double arithmetic on values of order 1
-constexpr double kCurveError = 1e-6;  // RgbCurve's promise for Fresnel factors
-constexpr double kQuadrature = 5e-3;  // of directional_albedo()
-
-const RefractiveIndex kGold{{0.188, 0.544, 1.332}, {3.403, 2.231, 1.869}};
-const RefractiveIndex kSilver{{0.057, 0.054, 0.047}, {4.254, 3.429, 2.803}};
 /// Reflects all but 1e-3 at any angle.
 const RefractiveIndex kMirror{Rgb::Constant(0.01), Rgb::Constant(10.0)};
 

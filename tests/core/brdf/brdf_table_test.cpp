@@ -182,7 +182,7 @@ TEST(Tabulate, NamesTheAnglesWhereAModelIsNotFinite) {
     tabulate(Singular(), RadiometricScale::si);
     FAIL() << "an infinite value went into a table";
   } catch (const NumericalError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("theta_h 0.002778, theta_d 0.5, phi_d 0.5 deg"));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("theta_h 0.002778, theta_d 0.5, phi_d 0.5 deg"));
   }
 }
 

@@ -15,8 +15,7 @@ namespace {
 
 using literals::operator""_deg;
 using testing::directional_albedo;
-
-constexpr double kQuadrature = 5e-3;  // of directional_albedo()
+using testing::kQuadrature;
 
 /// Pairs spread over all that a gonioreflectometer sees, fixed.
 std::vector<DirectionPair> probes(int count, std::uint64_t seed) {

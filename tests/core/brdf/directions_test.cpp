@@ -14,7 +14,7 @@ namespace {
 using namespace gonio::literals;
 
 /// What a few dozen roundings leave of a unit vector.
-constexpr double kRounding = 1e-14;
+constexpr double kUnitRounding = 1e-14;
 /// Required of the round trip up to theta_d = 89 deg, where the half vector keeps 2 % of its length
 /// and with it all but two digits.
 constexpr double kRoundTrip = 1e-12;
@@ -29,9 +29,9 @@ double distance(const DirectionPair& a, const DirectionPair& b) {
 }
 
 TEST(Directions, PointAlongTheAxesTheyName) {
-  EXPECT_LT((direction(0.0_deg, 77.0_deg) - Eigen::Vector3d::UnitZ()).norm(), kRounding);
-  EXPECT_LT((direction(90.0_deg, 0.0_deg) - Eigen::Vector3d::UnitX()).norm(), kRounding);
-  EXPECT_LT((direction(90.0_deg, 90.0_deg) - Eigen::Vector3d::UnitY()).norm(), kRounding);
+  EXPECT_LT((direction(0.0_deg, 77.0_deg) - Eigen::Vector3d::UnitZ()).norm(), kUnitRounding);
+  EXPECT_LT((direction(90.0_deg, 0.0_deg) - Eigen::Vector3d::UnitX()).norm(), kUnitRounding);
+  EXPECT_LT((direction(90.0_deg, 90.0_deg) - Eigen::Vector3d::UnitY()).norm(), kUnitRounding);
 }
 
 TEST(HalfDiff, RoundTripsTwentyThousandRandomPairsInDirectionSpace) {

@@ -6,15 +6,16 @@
 #include <cmath>
 
 #include "gonio/brdf/rgb_curve.h"
+#include "reference_values.h"
 
 namespace gonio::brdf {
 namespace {
 
-constexpr double kRounding = 1e-12;   // double arithmetic on values of order 1
-constexpr double kCurveError = 1e-6;  // RgbCurve's promise for Fresnel factors
+using testing::kCurveError;
+using testing::kGold;
+using testing::kRounding;
+using testing::kSilver;
 
-const RefractiveIndex kGold{{0.188, 0.544, 1.332}, {3.403, 2.231, 1.869}};
-const RefractiveIndex kSilver{{0.057, 0.054, 0.047}, {4.254, 3.429, 2.803}};
 /// Aluminium, tungsten and chromium, a channel each: every shape a metal's curve has.
 const RefractiveIndex kThreeMetals{{1.430, 3.618, 3.145}, {7.507, 2.911, 3.312}};
 

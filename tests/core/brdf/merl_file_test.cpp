@@ -23,16 +23,16 @@ namespace gonio::brdf {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 
-class MerlFile : public testing::Test {
+class MerlFile : public ::testing::Test {
  protected:
   TemporaryFolder folder_;
 };
 
 template <typename T>
-std::string bytes_of(const T& value) {
+std::string raw_bytes_of(const T& value) {
   std::string bytes(sizeof value, '\0');
   std::memcpy(bytes.data(), &value, sizeof value);
   return bytes;
@@ -41,7 +41,7 @@ std::string bytes_of(const T& value) {
 /// The bytes of a file as other tools write it: odd values, several kinds of invalid cells.
 const std::string& foreign_file() {
   static const std::string bytes = [] {
-    std::string text = bytes_of(std::array<std::int32_t, 3>{90, 90, 180});
+    std::string text = raw_bytes_of(std::array<std::int32_t, 3>{90, 90, 180});
     std::mt19937_64 generator(31);
     std::uniform_real_distribution<double> uniform(-0.2, 3.0);
     std::vector<double> stored(3 * lattice::kCells);
@@ -97,7 +97,7 @@ TEST_F(MerlFile, HoldsThreePlanesAfterTwelveBytes) {
   ASSERT_EQ(bytes.size(), 34'992'012u);
   std::array<std::int32_t, 3> header{};
   std::memcpy(header.data(), bytes.data(), sizeof header);
-  EXPECT_THAT(header, testing::ElementsAre(90, 90, 180));
+  EXPECT_THAT(header, ::testing::ElementsAre(90, 90, 180));
   for (std::size_t channel = 0; channel < 3; ++channel) {
     double stored = 0.0;
     std::memcpy(&stored, &bytes[12 + 8 * (channel * 1'458'000 + 7)], sizeof stored);
@@ -119,7 +119,7 @@ TEST_F(MerlFile, BringsBackConventionScaleAndProvenance) {
   const std::string provenance =
       R"({"tool":"gonio","seeds":[1,2],"note":"\u00e4 \"quoted\"","a":1})";
   write_merl(folder_ / "a.binary", small_table(), files::Overwrite::No, provenance);
-  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "a.json"));
+  EXPECT_THAT(folder_.names(), ::testing::ElementsAre("a.binary", "a.json"));
   const BrdfTable table = read_merl(folder_ / "a.binary");
   EXPECT_EQ(table.convention(), IndexConvention::dtu);
   EXPECT_EQ(table.scale(), RadiometricScale::si);
@@ -170,7 +170,7 @@ TEST_F(MerlFile, ReplacesASidecarThatACrashLeftAloneButNoOtherJson) {
   write_bytes(folder_ / "b.json", "{\"mine\": true}");
   EXPECT_THROW(write_merl(folder_ / "b.binary", small_table()), FileError);
   EXPECT_EQ(read_bytes(folder_ / "b.json"), "{\"mine\": true}");
-  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "a.json", "b.json"));
+  EXPECT_THAT(folder_.names(), ::testing::ElementsAre("a.binary", "a.json", "b.json"));
 }
 
 TEST_F(MerlFile, LeavesNothingBehindWhenItCannotBeWritten) {
@@ -179,7 +179,7 @@ TEST_F(MerlFile, LeavesNothingBehindWhenItCannotBeWritten) {
   EXPECT_THROW(write_merl(folder_ / "a.binary", small_table(), files::Overwrite::Yes), FileError);
   fs::create_directory(folder_ / "b.json");
   EXPECT_THROW(write_merl(folder_ / "b.binary", small_table(), files::Overwrite::Yes), FileError);
-  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "b.json"));
+  EXPECT_THAT(folder_.names(), ::testing::ElementsAre("a.binary", "b.json"));
 }
 
 /// The calling thread's rights without those of root, which ignore what a folder allows.
@@ -219,7 +219,7 @@ TEST_F(MerlFile, LeavesTheOldPairWhereTheFolderCannotBeSynced) {
   fs::permissions(folder_.path(), fs::perms::owner_all);
   EXPECT_TRUE(read_bytes(folder_ / "a.binary") == binary);
   EXPECT_EQ(read_bytes(folder_ / "a.json"), sidecar);
-  EXPECT_THAT(folder_.names(), testing::ElementsAre("a.binary", "a.json"));
+  EXPECT_THAT(folder_.names(), ::testing::ElementsAre("a.binary", "a.json"));
 }
 
 TEST_F(MerlFile, IsNotWrittenFromATableItsReaderWouldRefuse) {
@@ -257,13 +257,13 @@ TEST_F(MerlFile, RefusesOtherDimensions) {
   const fs::path path = folder_ / "a.binary";
   for (const auto& header :
        {std::array<std::int32_t, 3>{180, 90, 90}, {90, 90, 360}, {-90, 90, -180}}) {
-    write_bytes(path, bytes_of(header) + foreign_file().substr(12));
+    write_bytes(path, raw_bytes_of(header) + foreign_file().substr(12));
     EXPECT_THAT(refusal(path),
                 AllOf(HasSubstr("byte 0: found dimensions " + std::to_string(header[0])),
                       HasSubstr("expected 90 x 90 x 180")));
   }
   // Big-endian, as a careless converter would write it.
-  write_bytes(path, bytes_of(std::array<std::int32_t, 3>{0x5A000000, 0x5A000000, -0x4C000000}) +
+  write_bytes(path, raw_bytes_of(std::array<std::int32_t, 3>{0x5A000000, 0x5A000000, -0x4C000000}) +
                         foreign_file().substr(12));
   EXPECT_THAT(refusal(path), HasSubstr("found dimensions"));
 }

@@ -57,25 +57,25 @@ double worst_error(const BrdfModel& truth, const BrdfModel& found) {
 }
 
 /// Rings 7.5 to 10 deg apart, a smooth function between them.
-constexpr double kInterpolation = 0.05;
+constexpr double kBetweenRings = 0.05;
 
 TEST(ScatteredBrdf, FollowsAFunctionThatIsNotBilateral) {
   const NonBilateral truth;
   const ScatteredBrdf found(scan(truth, 348.0));
-  EXPECT_LT(worst_error(truth, found), kInterpolation);
+  EXPECT_LT(worst_error(truth, found), kBetweenRings);
 }
 
 TEST(ScatteredBrdf, FollowsItFromOneSideOfThePlaneOfIncidence) {
   // By reciprocity the other side is known too; a mirror image would be wrong here.
   const NonBilateral truth;
-  EXPECT_LT(worst_error(truth, ScatteredBrdf(scan(truth, 180.0))), kInterpolation);
+  EXPECT_LT(worst_error(truth, ScatteredBrdf(scan(truth, 180.0))), kBetweenRings);
 }
 
 TEST(ScatteredBrdf, MirrorsOneSideToTestReciprocity) {
   const RoughDiffuse truth(Rgb(0.3, 0.5, 0.7), 0.5);
   const ScatteredBrdf found(scan(truth, 180.0), Symmetry::one_way);
   EXPECT_TRUE(found.covers(pair_of(30.0, 60.0, -90.0)));
-  EXPECT_LT(worst_error(truth, found), kInterpolation);
+  EXPECT_LT(worst_error(truth, found), kBetweenRings);
 }
 
 TEST(ScatteredBrdf, ReturnsASampleWhereItStandsAndItsReciprocal) {

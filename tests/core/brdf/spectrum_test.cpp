@@ -6,8 +6,12 @@
 #include <stdexcept>
 #include <vector>
 
+#include "reference_values.h"
+
 namespace gonio::brdf {
 namespace {
+
+using testing::kRounding;
 
 std::vector<double> every(double step, double first = 380.0, double last = 780.0) {
   std::vector<double> wavelengths;
@@ -22,8 +26,6 @@ Eigen::Vector3d rgb_of(const std::vector<double>& wavelengths, double (*reflecta
   }
   return srgb_weights(wavelengths) * spectrum;
 }
-
-constexpr double kRounding = 1e-12;
 
 TEST(Spectrum, KeepsAGreyGreyOnAnyWavelengths) {
   for (const auto& wavelengths : {every(5), every(10, 400, 700), std::vector<double>{450, 650},

@@ -37,7 +37,7 @@ const TableBrdf& handed() {
 
 /// A smooth function over bins of 1 deg (theta_h up to 2 deg): half of second derivative (4) times
 /// (1 deg)^2 per axis is below this.
-constexpr double kInterpolation = 2e-3;
+constexpr double kBetweenBins = 2e-3;
 
 DirectionPair random_pair(std::mt19937_64& generator, double lowest_cosine) {
   std::uniform_real_distribution<double> cosine(lowest_cosine, 1.0);
@@ -58,7 +58,7 @@ TEST(TableBrdf, FollowsTheTabulatedFunctionIncludingItsHandedness) {
     const DirectionPair pair = random_pair(generator, 0.05);
     const Rgb expected = truth.evaluate(pair);
     const Rgb found = handed().evaluate(pair);
-    ASSERT_LT((found - expected).abs().maxCoeff(), kInterpolation);
+    ASSERT_LT((found - expected).abs().maxCoeff(), kBetweenBins);
     const Eigen::DiagonalMatrix<double, 3> mirror(1.0, -1.0, 1.0);
     const Rgb flipped = handed().evaluate({mirror * pair.wi, mirror * pair.wo});
     mirrored = std::max(mirrored, (flipped - expected).abs().maxCoeff());
@@ -156,7 +156,7 @@ TEST(TableBrdf, OutlivesTheTableItWasMadeFrom) {
   const TableBrdf brdf(*table);
   table.reset();
   const DirectionPair pair{direction(30.0_deg, 0.0_deg), direction(50.0_deg, 100.0_deg)};
-  EXPECT_LT((brdf.evaluate(pair) - Handed().evaluate(pair)).abs().maxCoeff(), kInterpolation);
+  EXPECT_LT((brdf.evaluate(pair) - Handed().evaluate(pair)).abs().maxCoeff(), kBetweenBins);
 }
 
 }  // namespace

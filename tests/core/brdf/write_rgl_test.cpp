@@ -55,7 +55,7 @@ double worst_error(const Read& f) {
 }
 
 /// Interpolation between lights 3 deg apart and on a warped grid of 64 x 64.
-constexpr double kInterpolation = 0.03;
+constexpr double kBetweenLights = 0.03;
 
 TEST_F(WriteRgl, IsReadBackByAnIndependentReader) {
   write_rgl(path, rgl_tables(lobe_and_base(), "odd gold"));
@@ -69,7 +69,7 @@ TEST_F(WriteRgl, IsReadBackByAnIndependentReader) {
               }
               return f;
             }),
-            kInterpolation);
+            kBetweenLights);
   EXPECT_EQ(std::string(reader.fields.at("description").raw.begin(),
                         reader.fields.at("description").raw.end()),
             "odd gold");
@@ -81,9 +81,9 @@ TEST_F(WriteRgl, IsReadBackByOurOwn) {
   EXPECT_EQ(tables.description, "odd gold");
   const RglBrdf brdf(tables);
   EXPECT_LT(worst_error([&](const DirectionPair& pair) { return brdf.evaluate(pair); }),
-            kInterpolation);
+            kBetweenLights);
   EXPECT_LT(worst_error([&](const DirectionPair& pair) { return brdf.one_way(pair); }),
-            kInterpolation);
+            kBetweenLights);
 }
 
 TEST_F(WriteRgl, GivesTheSameBytesForWhatWasRead) {

@@ -13,7 +13,7 @@
 namespace gonio::design {
 namespace {
 
-constexpr double kFloatSum = 1e-3;  // single-precision sums over a lattice
+constexpr double kLatticeSum = 1e-3;  // single-precision sums over a lattice
 
 /// One component that is 1 in a box of the lattice, one that is 1 in another.
 basis::Basis two_boxes() {
@@ -47,9 +47,9 @@ TEST(LargestUncoveredRegion, IsWhereTheSamplesSayNothing) {
   EXPECT_DOUBLE_EQ(second.where.theta_d_from.degrees(), 30.0);
   EXPECT_DOUBLE_EQ(second.where.phi_d_from.degrees(), 0.0);
   EXPECT_DOUBLE_EQ(second.where.phi_d_to.degrees(), 30.0);
-  EXPECT_NEAR(second.share, 1.0, kFloatSum);
+  EXPECT_NEAR(second.share, 1.0, kLatticeSum);
   // Nothing is known there: the prior's own spread, 1/sqrt(m).
-  EXPECT_NEAR(second.rms, 1.0 / std::sqrt(6.0), kFloatSum);
+  EXPECT_NEAR(second.rms, 1.0 / std::sqrt(6.0), kLatticeSum);
   Eigen::MatrixXd second_known(1, 2);
   second_known << 0.0, 100.0;
   const UncoveredRegion first = largest_uncovered_region(basis, second_known, weights, 1.0);
@@ -63,7 +63,7 @@ TEST(ExpectedNoise, IsTheRelativeNoiseWhereThereIsLight) {
   basis::Basis basis = two_boxes();
   basis.mean.setConstant(std::log(0.5F));  // w f = 0.499: the mapping is a plain logarithm
   const std::vector<float> noise = expected_noise(basis, {0.03, Angle()});
-  EXPECT_NEAR(noise[1234] / (6.0 * 0.03 * 0.03), 0.998 * 0.998, kFloatSum);
+  EXPECT_NEAR(noise[1234] / (6.0 * 0.03 * 0.03), 0.998 * 0.998, kLatticeSum);
   basis.mean.setConstant(std::log(0.001F));  // black: w f = 0, and a share of nothing is nothing
   EXPECT_NEAR(static_cast<double>(expected_noise(basis, {0.03, Angle()})[1234]), 0.0, 1e-9);
 }

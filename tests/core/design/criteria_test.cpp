@@ -13,9 +13,6 @@
 namespace gonio::design {
 namespace {
 
-constexpr double kRounding = 1e-9;    // double arithmetic on matrices of this size
-constexpr double kMonteCarlo = 0.03;  // 20,000 draws: 1 % standard error, three of them
-
 TEST(OpenShare, IsTheWholePriorWithoutSamples) {
   EXPECT_EQ(open_share(Eigen::MatrixXd(0, 4), 0.3),
             Eigen::MatrixXd(Eigen::MatrixXd::Identity(4, 4)));
@@ -95,8 +92,8 @@ TEST(ConditionNumber, IsInfiniteForARepeatedRow) {
 }
 
 /// A small training set X and its whole SVD, k = m - 1.
-struct SmallTraining {
-  SmallTraining() {
+struct WholeSvd {
+  WholeSvd() {
     const Eigen::MatrixXd x =
         made_up_rows(12, 70, 3).cast<double>() +
         Eigen::MatrixXd::Ones(12, 1) * Eigen::RowVectorXd::LinSpaced(70, 0, 9);
@@ -112,7 +109,7 @@ struct SmallTraining {
 
 // E(S) = mean_i || Q (Q^+ - (SQ)^+_eta S) y_i || with p x p matrices, as published.
 TEST(XuMetric, EqualsTheDenseDefinition) {
-  const SmallTraining training;
+  const WholeSvd training;
   const std::vector<Eigen::Index> cells = {3, 17, 40, 66};
   const double eta = 2.5;
   Eigen::MatrixXd select = Eigen::MatrixXd::Zero(4, 70);
@@ -132,7 +129,7 @@ TEST(XuMetric, EqualsTheDenseDefinition) {
 
 TEST(XuMetric, IsTheSameFromFewAndFromManySamples) {
   // The two ways of working it out meet where samples that say nothing are added.
-  const SmallTraining training;
+  const WholeSvd training;
   const Eigen::MatrixXd few = training.q.topRows(4);
   Eigen::MatrixXd many = Eigen::MatrixXd::Zero(13, 11);
   many.topRows(4) = few;
@@ -143,7 +140,7 @@ TEST(XuMetric, IsTheSameFromFewAndFromManySamples) {
 
 TEST(XuMetric, CountsWhatACutBasisLeavesOut) {
   // Without samples the error is the training set itself.
-  const SmallTraining training;
+  const WholeSvd training;
   const double whole = xu_metric(Eigen::MatrixXd(0, 11), training.singular, training.left, 1.0);
   EXPECT_NEAR(whole, training.centred.rowwise().norm().mean(), kRounding * whole);
 
@@ -157,7 +154,7 @@ TEST(XuMetric, CountsWhatACutBasisLeavesOut) {
 }
 
 TEST(XuMetric, RefusesMatricesThatDoNotFit) {
-  const SmallTraining training;
+  const WholeSvd training;
   EXPECT_THROW(xu_metric(training.q.topRows(4), training.singular.head(3), training.left, 1.0),
                std::invalid_argument);
 }

@@ -9,6 +9,9 @@
 
 namespace gonio::design {
 
+inline constexpr double kRounding = 1e-9;    ///< double arithmetic on matrices of this size
+inline constexpr double kMonteCarlo = 0.03;  ///< 20,000 draws: 1 % standard error, three of them
+
 /// Rows of a made-up basis: normal numbers, columns falling like singular values do.
 inline basis::RowMajorMatrixXf made_up_rows(Eigen::Index p, Eigen::Index k,
                                             std::uint64_t seed = 11) {

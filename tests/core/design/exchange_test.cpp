@@ -25,7 +25,7 @@ using ::testing::ThrowsMessage;
 
 // A swap must gain a millionth of the criterion to be taken (single precision of the candidates'
 // figures), so a fixpoint may miss that much and a little rounding.
-constexpr double kLeastImprovement = 3e-6;
+constexpr double kCellFixpoint = 3e-6;
 constexpr double kEta = 0.3;
 
 Eigen::MatrixXd importance_of(const basis::RowMajorMatrixXf& rows) {
@@ -69,7 +69,7 @@ TEST_P(ExchangeCriteria, FindsTheBestTripleOfAll) {
     }
   }
   const Design design = exchange(rows, importance, {}, options_for(3, GetParam()));
-  EXPECT_NEAR(design.value, least, kLeastImprovement * std::abs(least));
+  EXPECT_NEAR(design.value, least, kCellFixpoint * std::abs(least));
   EXPECT_TRUE(design.finished);
 }
 
@@ -100,7 +100,7 @@ TEST_P(ExchangeCriteria, FindsTheBestTripleOfNoisyAndCostlyCells) {
     }
   }
   const Design design = exchange(rows, importance, candidates, options_for(3, GetParam()));
-  EXPECT_NEAR(design.value, least, kLeastImprovement * std::abs(least));
+  EXPECT_NEAR(design.value, least, kCellFixpoint * std::abs(least));
   const Design blind = exchange(rows, importance, {}, options_for(3, GetParam()));
   EXPECT_NE(design.cells, blind.cells);
 }
@@ -131,7 +131,7 @@ TEST_P(ExchangeCriteria, LeavesNoSwapThatHelps) {
       if (std::find(design.cells.begin(), design.cells.end(), cell) != design.cells.end()) continue;
       swapped[i] = cell;
       ASSERT_GT(criterion_value(GetParam(), rows_of(rows, swapped), importance, kEta),
-                design.value - kLeastImprovement * std::abs(design.value))
+                design.value - kCellFixpoint * std::abs(design.value))
           << "sample " << i << " would better be cell " << cell;
     }
   }
@@ -154,7 +154,7 @@ TEST(Exchange, EndsWhereNoCellOfTheLatticeIsBetter) {
       if (candidates.allowed[cell] == 0) continue;
       swapped[i] = cell;
       ASSERT_GT(criterion_value(Criterion::bayes_a, rows_of(rows, swapped), importance(), kEta),
-                design.value * (1.0 - kLeastImprovement));
+                design.value * (1.0 - kCellFixpoint));
     }
   }
 }

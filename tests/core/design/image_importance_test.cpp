@@ -11,7 +11,7 @@
 namespace gonio::design {
 namespace {
 
-constexpr double kFloatSum = 1e-3;  // single-precision sums over thousands of terms
+constexpr double kPictureSum = 1e-3;  // single-precision sums over thousands of terms
 
 /// Two grey materials that hardly differ, and components with a meaning: everything brighter, only
 /// what nobody sees (light below 0.3 deg over the horizon), and only near the mirror direction.
@@ -74,11 +74,11 @@ TEST(BlendedImportance, MixesPartsOfEqualWeight) {
   const basis::Basis basis = plain_basis(1.0F);
   const Eigen::MatrixXd solid_angle = blended_importance(basis, {}, {0.0, 0.0});
   const Eigen::MatrixXd image = blended_importance(basis, no_left_vectors(), {0.0, 1.0});
-  EXPECT_NEAR(image.trace() / solid_angle.trace(), 1.0, kFloatSum);
+  EXPECT_NEAR(image.trace() / solid_angle.trace(), 1.0, kPictureSum);
   const Eigen::MatrixXd mixed = blended_importance(basis, no_left_vectors(), {0.25, 0.25});
   const Eigen::MatrixXd uniform = blended_importance(basis, {}, {1.0, 0.0});
   const Eigen::MatrixXd expected = 0.5 * solid_angle + 0.25 * image + 0.25 * uniform;
-  EXPECT_LT((mixed - expected).norm(), kFloatSum * expected.norm());
+  EXPECT_LT((mixed - expected).norm(), kPictureSum * expected.norm());
   EXPECT_EQ(blended_importance(basis, {}, {0.1, 0.0}),
             importance_matrix(basis.components, importance_weights({0.1})));
 }

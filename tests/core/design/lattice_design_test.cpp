@@ -26,13 +26,13 @@ using ::testing::HasSubstr;
 using ::testing::SizeIs;
 using ::testing::ThrowsMessage;
 
-constexpr double kFloatSum = 1e-4;  // a million single-precision weights
+constexpr double kWeightSum = 1e-4;  // a million single-precision weights
 
 TEST(ImportanceWeights, SumToOneWhateverTheBlend) {
   for (const double blend : {0.0, 0.1, 1.0}) {
     const Eigen::VectorXf weights = importance_weights({blend});
     EXPECT_EQ(static_cast<std::size_t>(weights.size()), basis_cell_count());
-    EXPECT_NEAR(weights.cast<double>().sum(), 1.0, kFloatSum);
+    EXPECT_NEAR(weights.cast<double>().sum(), 1.0, kWeightSum);
     EXPECT_GE(weights.minCoeff(), 0.0F);
   }
 }

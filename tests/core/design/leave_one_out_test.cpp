@@ -20,17 +20,15 @@ namespace {
 using ::testing::Each;
 using ::testing::SizeIs;
 
-constexpr double kRounding = 1e-9;    // double arithmetic on matrices of this size
-constexpr double kMonteCarlo = 0.03;  // 20,000 draws: 1 % standard error, three of them
 // A swap must lower J by 1e-4, and candidates are judged in single precision.
-constexpr double kLeastImprovement = 2e-4;
+constexpr double kLeastImprovementOfJ = 2e-4;
 
 /// A training set small enough to be fitted again without each material.
-struct SmallTraining {
+struct RefittedTraining {
   static constexpr Eigen::Index kMaterials = 5;
   static constexpr Eigen::Index kCells = 60;
 
-  SmallTraining() {
+  RefittedTraining() {
     const Eigen::MatrixXd x = made_up_rows(3 * kMaterials, kCells, 3).cast<double>() / 10.0;
     centred = x.rowwise() - x.colwise().mean();
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(centred * centred.transpose());
@@ -51,16 +49,16 @@ struct SmallTraining {
 const std::vector<int> kCellsChosen = {2, 11, 29, 47};
 
 TEST(LeaveOneOut, IsTheErrorOfFitsThatHaveNotSeenTheMaterial) {
-  const SmallTraining training;
+  const RefittedTraining training;
   const double eta = 0.7;
   const Eigen::MatrixXd samples = training.at(training.centred, kCellsChosen);
   const LeaveOneOut found =
       leave_one_out(training.at(training.q.transpose(), kCellsChosen).transpose(), training.left,
                     training.importance, eta);
   EXPECT_EQ(found.noise, 0.0);
-  for (Eigen::Index g = 0; g < SmallTraining::kMaterials; ++g) {
+  for (Eigen::Index g = 0; g < RefittedTraining::kMaterials; ++g) {
     std::vector<Eigen::Index> others;
-    for (Eigen::Index i = 0; i < 3 * SmallTraining::kMaterials; ++i) {
+    for (Eigen::Index i = 0; i < 3 * RefittedTraining::kMaterials; ++i) {
       if (i / 3 != g) others.push_back(i);
     }
     // Multi-output ridge regression of whole rows on their samples.
@@ -80,9 +78,9 @@ TEST(LeaveOneOut, IsTheErrorOfFitsThatHaveNotSeenTheMaterial) {
 }
 
 TEST(LeaveOneOut, CountsTheNoiseTheSamplesBring) {
-  const SmallTraining training;
+  const RefittedTraining training;
   const double eta = 0.4;
-  const double m = 3.0 * SmallTraining::kMaterials;
+  const double m = 3.0 * RefittedTraining::kMaterials;
   Eigen::VectorXd noise(4);
   noise << 0.2, 0.0, 1.5, 0.6;
   const Eigen::MatrixXd a = training.at(training.q.transpose(), kCellsChosen).transpose();
@@ -110,7 +108,7 @@ TEST(LeaveOneOut, CountsTheNoiseTheSamplesBring) {
 }
 
 TEST(LeaveOneOut, RefusesMatricesThatDoNotFit) {
-  const SmallTraining training;
+  const RefittedTraining training;
   const Eigen::MatrixXd a = training.q.topRows(3);
   EXPECT_THROW(leave_one_out(a.leftCols(4), training.left, training.importance, 1.0),
                std::invalid_argument);
@@ -215,11 +213,13 @@ TEST(LeaveOneOutExchange, LeavesNoSwapThatHelps) {
     for (const std::uint32_t to : beside) {
       if (std::count(design.cells.begin(), design.cells.end(), to) > 0) continue;
       swapped[i] = to;
-      EXPECT_GT(training.value_of(swapped, options, candidates), design.value - kLeastImprovement);
+      EXPECT_GT(training.value_of(swapped, options, candidates),
+                design.value - kLeastImprovementOfJ);
     }
     for (int trial = 0; trial < 300; ++trial) {
       swapped[i] = static_cast<std::uint32_t>(draw.below(basis_cell_count()));
-      EXPECT_GT(training.value_of(swapped, options, candidates), design.value - kLeastImprovement)
+      EXPECT_GT(training.value_of(swapped, options, candidates),
+                design.value - kLeastImprovementOfJ)
           << "a random cell beats the search";
     }
   }

@@ -10,9 +10,11 @@
 
 #include <set>
 
+#include "design_fixture.h"
 #include "gonio/design/criteria.h"
 #include "gonio/design/exchange.h"
 #include "gonio/parallel/parallel.h"
+#include "pose_fixture.h"
 #include "wavy_basis.h"
 
 namespace gonio::design {
@@ -24,14 +26,7 @@ using ::testing::HasSubstr;
 using ::testing::SizeIs;
 using ::testing::ThrowsMessage;
 
-// A swap must gain a millionth to be taken, and the candidates' gains are known in single precision
-// to about 1e-5 of the criterion: a fixpoint may miss that much.
-constexpr double kFixpoint = 5e-5;
-constexpr double kRounding = 1e-9;
-
-bool anywhere_above_80_deg(const HalfDiff& pose) { return within(DirectionLimits{}, pose); }
-
-PoseDesignOptions options_for(int poses) {
+PoseDesignOptions pose_options(int poses) {
   PoseDesignOptions options;
   options.pose_count = poses;
   options.noise = {0.05, 0.1, 0.3};
@@ -70,7 +65,7 @@ TEST(PoseInformation, IsThatOfCorrelatedSubSamples) {
 TEST(PoseInformation, GrowsWithTheSampleAndFallsWithNoise) {
   const std::vector<HalfDiff> poses = {
       {Angle::from_degrees(20), Angle::from_degrees(40), Angle::from_degrees(70), {}}};
-  PoseDesignOptions options = options_for(1);
+  PoseDesignOptions options = pose_options(1);
   const double point = error_of(poses, {}, options);
   const double small = error_of(poses, PatchGeometry::of_half_width(12.0), options);
   const double large = error_of(poses, PatchGeometry::of_half_width(50.0), options);
@@ -121,7 +116,7 @@ TEST(ChoosePoses, FindsTheBestTripleOfAll) {
   PoseCandidates candidates{pose_grid(15.0, anywhere_above_80_deg), {}, {}};
   candidates.poses.resize(26);
   const PatchGeometry patch = PatchGeometry::of_half_width(25.0).coarse();
-  const PoseDesignOptions options = options_for(3);
+  const PoseDesignOptions options = pose_options(3);
   double least = 1e300;
   for (std::size_t a = 0; a < 26; ++a) {
     for (std::size_t b = a + 1; b < 26; ++b) {
@@ -144,7 +139,7 @@ INSTANTIATE_TEST_SUITE_P(HalfWidths, ChoosePosesPatches, ::testing::Values(0.0, 
 TEST_P(ChoosePosesPatches, LeavesNoSwapThatHelps) {
   const PoseCandidates candidates{pose_grid(10.0, anywhere_above_80_deg), {}, {}};
   const PatchGeometry patch = PatchGeometry::of_half_width(GetParam()).coarse();
-  PoseDesignOptions options = options_for(5);
+  PoseDesignOptions options = pose_options(5);
   options.start_candidates = 100;  // the last word is spoken over all of them
   const PoseDesign design = choose_poses(wavy_basis(), importance(), candidates, patch, options);
   ASSERT_THAT(design.poses, SizeIs(5));
@@ -173,7 +168,7 @@ TEST(ChoosePoses, IsThePointDesignWithoutAPatch) {
   ExchangeOptions settings;
   settings.sample_count = 4;
   settings.eta = 0.7;
-  PoseDesignOptions options = options_for(4);
+  PoseDesignOptions options = pose_options(4);
   options.noise = {0.0, 0.0, settings.eta};
   const Design design = exchange(wavy_basis().components, importance(), points, settings);
   const PoseDesign poses = choose_poses(wavy_basis(), importance(), candidates, {}, options);
@@ -186,7 +181,7 @@ TEST(ChoosePoses, RefinesBetweenTheGridAndOnlyWhereAllowed) {
   };
   const PatchGeometry patch = PatchGeometry::of_half_width(25.0).coarse();
   PoseCandidates candidates{pose_grid(15.0, allowed), {}, {}};
-  PoseDesignOptions options = options_for(4);
+  PoseDesignOptions options = pose_options(4);
   options.refine_step_deg = 3.0;
   const PoseDesign coarse = choose_poses(wavy_basis(), importance(), candidates, patch, options);
   candidates.allowed = allowed;
@@ -207,14 +202,14 @@ TEST(ChoosePoses, AsksTheRigOnlyAboutWhatItWouldChoose) {
     return pose.phi_d.degrees() < 90.0;
   };
   const PoseDesign design =
-      choose_poses(wavy_basis(), importance(), candidates, {}, options_for(4));
+      choose_poses(wavy_basis(), importance(), candidates, {}, pose_options(4));
   for (const HalfDiff& pose : design.poses) EXPECT_LT(pose.phi_d.degrees(), 90.0);
   EXPECT_LT(asked, candidates.poses.size() / 2);
 }
 
 TEST(ChoosePoses, GivesTheSameBytesForAnyNumberOfThreads) {
   const PoseCandidates candidates{pose_grid(6.0, anywhere_above_80_deg), anywhere_above_80_deg, {}};
-  PoseDesignOptions options = options_for(4);
+  PoseDesignOptions options = pose_options(4);
   options.refine_step_deg = 1.0;
   options.start_candidates = 500;
   options.starts = 3;
@@ -233,7 +228,7 @@ TEST(ChoosePoses, GivesTheSameBytesForAnyNumberOfThreads) {
 
 TEST(ChoosePoses, KeepsTheBestSoFarWhenStopped) {
   const PoseCandidates candidates{pose_grid(10.0, anywhere_above_80_deg), {}, {}};
-  const PoseDesignOptions options = options_for(4);
+  const PoseDesignOptions options = pose_options(4);
   std::stop_source stop;
   stop.request_stop();
   const PoseDesign greedy =
@@ -247,7 +242,7 @@ TEST(ChoosePoses, KeepsTheBestSoFarWhenStopped) {
 TEST(ChoosePoses, TellsAProgressThatNeverFalls) {
   const PoseCandidates candidates{
       pose_grid(10.0, anywhere_above_80_deg), anywhere_above_80_deg, {}};
-  PoseDesignOptions options = options_for(4);
+  PoseDesignOptions options = pose_options(4);
   options.refine_step_deg = 2.0;
   options.start_candidates = 100;
   std::vector<double> fractions;
@@ -267,14 +262,15 @@ TEST(ChoosePoses, RefusesWhatCannotBe) {
   const PoseCandidates candidates{pose_grid(30.0, anywhere_above_80_deg), {}, {}};
   const auto with = [&](int poses) {
     return [&, poses] {
-      choose_poses(wavy_basis(), importance(), candidates, {}, options_for(poses));
+      choose_poses(wavy_basis(), importance(), candidates, {}, pose_options(poses));
     };
   };
   EXPECT_THAT(with(1000), ThrowsMessage<std::invalid_argument>(HasSubstr("usable poses for 1000")));
   EXPECT_THAT(with(0), ThrowsMessage<std::invalid_argument>(HasSubstr("pose_count is 0")));
   EXPECT_THAT(
       [&] {
-        choose_poses(wavy_basis(), Eigen::MatrixXd::Identity(2, 2), candidates, {}, options_for(1));
+        choose_poses(wavy_basis(), Eigen::MatrixXd::Identity(2, 2), candidates, {},
+                     pose_options(1));
       },
       ThrowsMessage<std::invalid_argument>(HasSubstr("2 x 2 for 6 components")));
   EXPECT_THROW(pose_grid(0.1, {}), std::invalid_argument);

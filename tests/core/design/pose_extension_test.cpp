@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "pose_fixture.h"
 #include "wavy_basis.h"
 
 namespace gonio::design {
@@ -17,11 +18,7 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 using ::testing::ThrowsMessage;
 
-// Candidates' gains are known in single precision to about 1e-5 of the criterion.
-constexpr double kFixpoint = 5e-5;
 const PoseNoise kNoise{0.05, 0.1, 0.3};
-
-bool anywhere_above_80_deg(const HalfDiff& pose) { return within(DirectionLimits{}, pose); }
 
 PoseCandidates grid() { return {pose_grid(15.0, anywhere_above_80_deg), {}, {}}; }
 

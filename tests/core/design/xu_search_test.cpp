@@ -16,18 +16,18 @@ namespace {
 using ::testing::Each;
 using ::testing::SizeIs;
 
-constexpr Eigen::Index kComponents = 5;
+constexpr Eigen::Index kColumns = 5;
 
 Eigen::MatrixXd some_left_vectors() {
-  const Eigen::MatrixXd tall = made_up_rows(21, kComponents, 4).cast<double>();
+  const Eigen::MatrixXd tall = made_up_rows(21, kColumns, 4).cast<double>();
   return Eigen::HouseholderQR<Eigen::MatrixXd>(tall).householderQ() *
-         Eigen::MatrixXd::Identity(21, kComponents);
+         Eigen::MatrixXd::Identity(21, kColumns);
 }
 
 TEST(XuSearch, EndsWhereNoLatticeNeighbourOfTheLastIsBetter) {
-  const auto rows = made_up_rows(static_cast<Eigen::Index>(basis_cell_count()), kComponents);
+  const auto rows = made_up_rows(static_cast<Eigen::Index>(basis_cell_count()), kColumns);
   const Eigen::MatrixXd left = some_left_vectors();
-  Eigen::VectorXd singular(kComponents);
+  Eigen::VectorXd singular(kColumns);
   singular << 300, 100, 40, 10, 5;
   ConditionSearchOptions options;
   options.sample_count = 3;

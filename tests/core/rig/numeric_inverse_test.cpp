@@ -14,7 +14,7 @@ using test::deg;
 // A pose counts as a solution below 1e-9; compared with the direction once more from outside.
 constexpr double kSolved = 2e-9;
 // Closed forms against products of matrices.
-constexpr double kRounding = 1e-12;
+constexpr double kClosedForm = 1e-12;
 
 /// The reference rig as a bad day in the workshop leaves it: axes 0.5 deg off and skew by 1 mm,
 /// zero marks 0.5 deg off, camera, lamp and sample displaced by 1 mm.
@@ -206,8 +206,8 @@ TEST(Chains, ExchangingLampAndCameraExchangesTheDirections) {  // Helmholtz
     const auto other = test::nominal(swapped, q);
     const brdf::HalfDiff a = brdf::half_diff_from_directions(pair);
     const brdf::HalfDiff b = brdf::half_diff_from_directions(other);
-    EXPECT_NEAR(a.theta_h.radians(), b.theta_h.radians(), kRounding);
-    EXPECT_NEAR(a.theta_d.radians(), b.theta_d.radians(), kRounding);
+    EXPECT_NEAR(a.theta_h.radians(), b.theta_h.radians(), kClosedForm);
+    EXPECT_NEAR(a.theta_d.radians(), b.theta_d.radians(), kClosedForm);
     EXPECT_NEAR(std::abs((a.phi_d - b.phi_d).degrees()), 180.0, 1e-9);
   }
 }
@@ -242,8 +242,8 @@ TEST(Chains, MirroredRigFlipsPhiD) {
     if (pair.wi.z() <= 0.05 || pair.wo.z() <= 0.05) continue;
     const brdf::HalfDiff a = brdf::half_diff_from_directions(pair);
     const brdf::HalfDiff b = brdf::half_diff_from_directions(test::nominal(mirror, q));
-    EXPECT_NEAR(a.theta_h.radians(), b.theta_h.radians(), kRounding);
-    EXPECT_NEAR(a.theta_d.radians(), b.theta_d.radians(), kRounding);
+    EXPECT_NEAR(a.theta_h.radians(), b.theta_h.radians(), kClosedForm);
+    EXPECT_NEAR(a.theta_d.radians(), b.theta_d.radians(), kClosedForm);
     EXPECT_NEAR(a.phi_d.radians(), -b.phi_d.radians(), 1e-11);  // 1/sin theta_h
     ++compared;
   }
@@ -257,7 +257,7 @@ TEST(Chains, OneAxisMayDriveTwoChains) {
   const auto wi_at = [&](double azimuth) {
     return test::nominal(rig, test::joints({0.0, azimuth, 20.0})).wi;
   };
-  EXPECT_NEAR((wi_at(0.0) - wi_at(50.0)).norm(), 0.0, kRounding);
+  EXPECT_NEAR((wi_at(0.0) - wi_at(50.0)).norm(), 0.0, kClosedForm);
 }
 
 TEST(Chains, ForwardRefusesAWrongNumberOfJoints) {
