@@ -30,13 +30,15 @@ int RowFields::point(int lowest) {
 }
 
 std::vector<Angle> RowFields::angles() {
-  const std::string& all = text();
   std::vector<Angle> result;
-  std::size_t at = 0;
-  while (at < all.size()) {
-    const std::size_t end = std::min(all.find(' ', at), all.size());
-    result.push_back(Angle::from_degrees(parse<double>(all.substr(at, end - at))));
-    at = end + 1;
+  for (const double degrees : numbers<double>()) result.push_back(Angle::from_degrees(degrees));
+  return result;
+}
+
+std::vector<std::int64_t> RowFields::counts(std::size_t size) {
+  std::vector<std::int64_t> result = numbers<std::int64_t>();
+  if (result.size() != size || std::ranges::any_of(result, [](auto count) { return count < 0; })) {
+    fail(fmt::format("expected {} counts of rows", size));
   }
   return result;
 }

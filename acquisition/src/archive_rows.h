@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <string>
@@ -34,6 +36,8 @@ class RowFields {
   /// Of a plan; `lowest` -1: or of none.
   int point(int lowest);
   std::vector<Angle> angles();
+  /// So many whole numbers, none of them negative.
+  std::vector<std::int64_t> counts(std::size_t size);
   template <class Enum>
   Enum name(std::initializer_list<Enum> known) {
     const std::string& word = text();
@@ -58,6 +62,20 @@ class RowFields {
       if (!std::isfinite(value)) fail(fmt::format("found {:?}, expected a finite number", text));
     }
     return value;
+  }
+
+  /// Separated by blanks.
+  template <class Number>
+  std::vector<Number> numbers() {
+    const std::string& all = text();
+    std::vector<Number> result;
+    std::size_t at = 0;
+    while (at < all.size()) {
+      const std::size_t end = std::min(all.find(' ', at), all.size());
+      result.push_back(parse<Number>(all.substr(at, end - at)));
+      at = end + 1;
+    }
+    return result;
   }
 
   const std::filesystem::path& path_;

@@ -23,7 +23,7 @@ constexpr const char* kWriterPragmas =
 
 /// "gnio" in the header's application id, so that a foreign SQLite file is told apart.
 constexpr int kApplicationId = 0x676E696F;
-constexpr int kSchemaVersion = 1;
+constexpr int kOldestVersion = 1;
 constexpr int kBusyTimeout_ms = 5000;
 
 const std::map<std::string, std::vector<std::string>, std::less<>>& tables() {
@@ -38,15 +38,21 @@ const std::map<std::string, std::vector<std::string>, std::less<>>& tables() {
        {"point", "theta_h_deg", "theta_d_deg", "phi_d_deg", "branch", "joints_deg", "outcome",
         "note", "finished_at_ns"}},
       {"notes", {"at_ns", "kind", "text"}},
-      {"finished", {"at_ns"}}};
+      {"finished", {"at_ns", "row_counts"}}};
   return kTables;
 }
 
+/// Of the first version of the schema, whose end did not say how much there is.
+const std::vector<std::string>& first_finished() {
+  static const std::vector<std::string> kColumns{"at_ns"};
+  return kColumns;
+}
+
 /// As it stands in the schema of a journal.
-std::string definition_of(std::string_view table) {
+std::string definition_of(std::string_view table, int version) {
   return fmt::format(
       "CREATE TABLE {} (number INTEGER PRIMARY KEY, {} TEXT NOT NULL, checksum TEXT NOT NULL)",
-      table, fmt::join(columns_of(table), " TEXT NOT NULL, "));
+      table, fmt::join(columns_of(table, version), " TEXT NOT NULL, "));
 }
 
 constexpr std::array<const char*, 2> kChanges{"UPDATE", "DELETE"};
@@ -118,7 +124,8 @@ std::string checksum(std::string_view table, std::int64_t number,
 
 }  // namespace
 
-const std::vector<std::string>& columns_of(std::string_view table) {
+const std::vector<std::string>& columns_of(std::string_view table, int version) {
+  if (version == kOldestVersion && table == "finished") return first_finished();
   const auto found = tables().find(table);
   if (found == tables().end()) {
     throw std::invalid_argument(fmt::format("the journal has no table {:?}", table));
@@ -126,7 +133,8 @@ const std::vector<std::string>& columns_of(std::string_view table) {
   return found->second;
 }
 
-Journal::Journal(std::filesystem::path path, int flags) : path_(std::move(path)) {
+Journal::Journal(std::filesystem::path path, int flags)
+    : path_(std::move(path)), version_(kSchemaVersion) {
   sqlite3* raw = nullptr;
   const int result = sqlite3_open_v2(path_.c_str(), &raw, flags, nullptr);
   database_.reset(raw);
@@ -169,7 +177,7 @@ Journal Journal::create(const std::filesystem::path& path) {
   std::string schema = "BEGIN;";
   for (const auto& entry : tables()) {
     const std::string& table = entry.first;
-    schema += definition_of(table) + ";";
+    schema += definition_of(table, kSchemaVersion) + ";";
     for (const char* change : kChanges) schema += trigger_against(change, table) + ";";
   }
   journal.run(schema + "COMMIT;");
@@ -177,8 +185,9 @@ Journal Journal::create(const std::filesystem::path& path) {
 }
 
 Journal Journal::reopen(const std::filesystem::path& path) {
-  open(path);
+  const int version = open(path).version_;
   Journal journal(path, SQLITE_OPEN_READWRITE);
+  journal.version_ = version;
   journal.run(kWriterPragmas);
   return journal;
 }
@@ -209,9 +218,11 @@ Journal Journal::open(const std::filesystem::path& path) {
   if (integer("application_id") != kApplicationId) {
     throw DataFormatError(path, "header", "not a session journal (application id)");
   }
-  if (const int version = integer("user_version"); version != kSchemaVersion) {
+  journal.version_ = integer("user_version");
+  if (journal.version_ < kOldestVersion || journal.version_ > kSchemaVersion) {
     throw DataFormatError(path, "header",
-                          fmt::format("journal version {}, expected {}", version, kSchemaVersion));
+                          fmt::format("journal version {}, expected {} to {}", journal.version_,
+                                      kOldestVersion, kSchemaVersion));
   }
   journal.require_own_tables();
   return journal;
@@ -240,7 +251,7 @@ void Journal::require_own_tables() const {
     const int step = sqlite3_step(select.get());
     if (step != SQLITE_ROW && step != SQLITE_DONE) fail("read");
     const auto* text = step == SQLITE_ROW ? sqlite3_column_text(select.get(), 0) : nullptr;
-    if (text == nullptr || definition_of(table) != reinterpret_cast<const char*>(text)) {
+    if (text == nullptr || definition_of(table, version_) != reinterpret_cast<const char*>(text)) {
       throw DataFormatError(path_, fmt::format("table {}", table),
                             text == nullptr ? "is missing" : "is not defined as in a journal");
     }
@@ -271,7 +282,7 @@ void Journal::close_log() {
 }
 
 void Journal::append(std::string_view table, const std::vector<std::string>& values) {
-  const std::vector<std::string>& columns = columns_of(table);
+  const std::vector<std::string>& columns = columns_of(table, version_);
   if (values.size() != columns.size()) {
     throw std::invalid_argument(fmt::format("a row of {:?} has {} values", table, columns.size()));
   }
@@ -299,10 +310,10 @@ std::int64_t Journal::last_number(std::string_view table) const {
 }
 
 std::vector<Journal::Row> Journal::rows(std::string_view table) const {
-  const std::size_t count = columns_of(table).size();
+  const std::size_t count = columns_of(table, version_).size();
   const Statement select =
       prepare(fmt::format("SELECT number, {}, checksum FROM {} ORDER BY number;",
-                          fmt::join(columns_of(table), ", "), table));
+                          fmt::join(columns_of(table, version_), ", "), table));
   std::vector<Row> result;
   // Pages may be shared by many rows: all together hold no more than the file.
   std::uintmax_t room = bytes_;

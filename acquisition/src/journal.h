@@ -12,6 +12,9 @@
 
 namespace gonio::acquisition {
 
+/// Of a journal that is created.
+inline constexpr int kSchemaVersion = 2;
+
 /// The only code that calls SQLite. Every value of a row is text, so that one checksum covers the
 /// row as a reader sees it.
 ///
@@ -50,6 +53,9 @@ class Journal {
   };
   /// Number of the last row, 0 without one.
   std::int64_t last_number(std::string_view table) const;
+  /// Whether its end says how many rows there are: since version 2 of the schema. A session that
+  /// goes on keeps the version that it was begun with.
+  bool counts_its_rows() const { return version_ > 1; }
   /// All rows of a table in the order they were added.
   std::vector<Row> rows(std::string_view table) const;
 
@@ -71,13 +77,15 @@ class Journal {
   [[noreturn]] void fail(const std::string& action) const;
 
   std::filesystem::path path_;
+  int version_;
   /// Of the file and its log, when it was opened for reading.
   std::uintmax_t bytes_ = std::numeric_limits<std::uintmax_t>::max();
   std::unique_ptr<std::uint64_t> steps_left_;  ///< SQLite has its address
   std::unique_ptr<sqlite3, Close> database_;
 };
 
-/// Columns of a table, checksum not counted; throws std::invalid_argument for an unknown table.
-const std::vector<std::string>& columns_of(std::string_view table);
+/// Columns of a table in a version of the schema, checksum not counted; throws
+/// std::invalid_argument for an unknown table.
+const std::vector<std::string>& columns_of(std::string_view table, int version = kSchemaVersion);
 
 }  // namespace gonio::acquisition

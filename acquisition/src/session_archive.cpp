@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "archive_rows.h"
 #include "frame_folder.h"
@@ -18,6 +19,9 @@ namespace {
 
 constexpr const char* kJournalName = "session.sqlite";
 constexpr std::string_view kFrames = "frames";  ///< the table
+/// Whose rows the end of a session counts.
+constexpr std::array<std::string_view, 5> kCounted{"metadata", "configuration", kFrames, "points",
+                                                   "notes"};
 
 std::string degrees_text(const std::vector<Angle>& angles) {
   std::string text;
@@ -162,7 +166,15 @@ void SessionWriter::together(const std::function<void()>& rows) {
 }
 
 void SessionWriter::finish(std::chrono::nanoseconds at) {
-  state_->journal.append("finished", {fmt::format("{}", (at + state_->ahead).count())});
+  std::vector<std::string> values{fmt::format("{}", (at + state_->ahead).count())};
+  if (state_->journal.counts_its_rows()) {
+    std::string counts;
+    for (const std::string_view table : kCounted) {
+      counts += fmt::format("{}{}", counts.empty() ? "" : " ", state_->journal.last_number(table));
+    }
+    values.push_back(std::move(counts));
+  }
+  state_->journal.append("finished", values);
   state_->journal.close_log();
 }
 
@@ -223,7 +235,18 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
     note.text = fields.text();
     notes_.push_back(std::move(note));
   });
-  each_intact("finished", [&](RowFields&, const Journal::Row&) { finished_ = true; });
+  each_intact("finished", [&](RowFields& fields, const Journal::Row&) {
+    finished_ = true;
+    fields.nanoseconds();
+    if (!journal.counts_its_rows()) return;
+    const std::vector<std::int64_t> counts = fields.counts(kCounted.size());
+    for (std::size_t i = 0; i < kCounted.size(); ++i) {
+      const std::int64_t found = journal.last_number(kCounted[i]);
+      if (found == counts[i]) continue;
+      damage_.push_back(fmt::format("{}: found {} rows, there were {} when the session finished",
+                                    kCounted[i], found, counts[i]));
+    }
+  });
   const std::vector<std::int64_t> left = without_rows(files, journal.last_number(kFrames));
   lost_rows_ = left.size() > 1;
   if (lost_rows_) {

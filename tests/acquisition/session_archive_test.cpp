@@ -210,6 +210,54 @@ TEST_F(SessionArchive, NoticesARowThatWasTakenOut) {
   EXPECT_THAT(SessionReader(folder_).damage(), ElementsAre(HasSubstr("frames rows 1 to 1")));
 }
 
+TEST_F(SessionArchive, NoticesRowsThatWereTakenOffItsEndWhenItWasFinished) {
+  const std::map<std::string, std::string> found_in{
+      {"metadata", "metadata: found 0 rows, there were 1 when the session finished"},
+      {"configuration", "configuration: found 0 rows, there were 1"},
+      {"frames", "frames: found 1 rows, there were 2"},
+      {"points", "points: found 0 rows, there were 1"},
+      {"notes", "notes: found 0 rows, there were 1"}};
+  for (const auto& [table, damage] : found_in) {
+    SCOPED_TRACE(table);
+    {
+      SessionWriter writer(folder_, {{"sample_id", "s"}}, {{"plan.csv", "a,b\n"}});
+      writer.append(small_record(), small_frame(1));
+      writer.append(small_record(), small_frame(2));
+      writer.append(PointRecord());
+      writer.note(std::chrono::seconds(5), "warning", "lamp is cold");
+      writer.finish(std::chrono::seconds(9));
+    }
+    EXPECT_THAT(SessionReader(folder_).damage(), IsEmpty());
+    // As somebody would who tidies up.
+    run_sql(folder_, fmt::format("DROP TRIGGER {0}_no_DELETE; DELETE FROM {0} WHERE number = "
+                                 "(SELECT max(number) FROM {0});",
+                                 table));
+    std::filesystem::remove(folder_ / "frames/000002.tiff");
+    EXPECT_THAT(SessionReader(folder_).damage(), Contains(HasSubstr(damage)));
+    std::filesystem::remove_all(folder_);
+  }
+}
+
+/// The schema of a journal as it was before its end counted its rows.
+constexpr const char* kFirstVersion =
+    "DROP TABLE finished; CREATE TABLE finished (number INTEGER PRIMARY KEY, at_ns TEXT NOT NULL, "
+    "checksum TEXT NOT NULL); PRAGMA user_version = 1;";
+
+TEST_F(SessionArchive, ReadsAndGoesOnWithOneOfTheFirstVersion) {
+  {
+    SessionWriter writer(folder_, {{"sample_id", "s"}}, {});
+    writer.append(small_record(), small_frame(1));
+  }
+  run_sql(folder_, kFirstVersion);
+  EXPECT_FALSE(SessionReader(folder_).finished());
+  SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)),
+                        std::chrono::seconds(90), {}, "by a test")
+      .finish(std::chrono::seconds(5));
+  const SessionReader reader(folder_);
+  EXPECT_TRUE(reader.finished());
+  EXPECT_THAT(reader.damage(), IsEmpty());
+}
+
 /// Two frames and a point with rows, as many files again as `more` without.
 class LostRows : public SessionArchive {
  protected:
