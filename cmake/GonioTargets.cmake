@@ -42,11 +42,13 @@ function(gonio_add_executable name)
 endfunction()
 
 # gonio_add_test(NAME SOURCES file... [LIBS target...] [LABELS label...] [TIMEOUT seconds]
-#                [ENVIRONMENT NAME=value...] [DEPENDS target...] [ONE_PROCESS])
+#                [ENVIRONMENT NAME=value...] [DEPENDS target...]
+#                [ONE_PROCESS | SHARDS count])
 #
 #   One GoogleTest program, NAME_test, whose cases ctest sees one by one and runs in processes of
 #   their own. ONE_PROCESS runs the whole program as a single ctest entry instead: for suites with
-#   an expensive shared fixture. GMock and main() are linked.
+#   an expensive shared fixture. SHARDS runs it as `count` entries, each with its part of the cases.
+#   GMock and main() are linked.
 #
 #   Compiled in batches as the libraries are: what several files of a test use belongs in a header of
 #   its folder, and what differs between them needs names of its own.
@@ -56,7 +58,7 @@ endfunction()
 #   DEPENDS  further targets the test runs, such as the gonio program.
 function(gonio_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg
-    "ONE_PROCESS" "TIMEOUT" "SOURCES;LIBS;LABELS;ENVIRONMENT;DEPENDS")
+    "ONE_PROCESS" "TIMEOUT;SHARDS" "SOURCES;LIBS;LABELS;ENVIRONMENT;DEPENDS")
   gonio_refuse_unparsed("gonio_add_test(${name})" ${arg_UNPARSED_ARGUMENTS})
   if(NOT arg_LABELS)
     set(arg_LABELS unit)
@@ -80,7 +82,19 @@ function(gonio_add_test name)
 
   # The suite says itself what it needs; an inherited setting must not change what it proves.
   set(environment OPENBLAS_NUM_THREADS=1 ${arg_ENVIRONMENT})
-  if(arg_ONE_PROCESS)
+  if("wire" IN_LIST arg_LABELS)
+    # umockdev takes every file below /dev for a device and ends a program after fifty of them.
+    list(APPEND environment GONIO_TEST_FOLDERS_ON_DISK=1)
+  endif()
+  if(arg_SHARDS)
+    math(EXPR last "${arg_SHARDS} - 1")
+    foreach(shard RANGE ${last})
+      add_test(NAME ${name}_${shard} COMMAND ${target})
+      set_tests_properties(${name}_${shard} PROPERTIES
+        LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT}
+        ENVIRONMENT "${environment};GTEST_TOTAL_SHARDS=${arg_SHARDS};GTEST_SHARD_INDEX=${shard}")
+    endforeach()
+  elseif(arg_ONE_PROCESS)
     add_test(NAME ${name} COMMAND ${target})
     set_tests_properties(${name} PROPERTIES
       LABELS "${arg_LABELS}" TIMEOUT ${arg_TIMEOUT} ENVIRONMENT "${environment}")

@@ -24,15 +24,17 @@ void write_bytes(const std::filesystem::path& path, std::string_view bytes) {
 namespace {
 
 /// In memory where there is room: thousands of sessions that sync every frame take minutes on a
-/// disk that others use, and prove nothing more there. TMPDIR goes before it.
+/// disk that others use, and prove nothing more there. TMPDIR and GONIO_TEST_FOLDERS_ON_DISK go
+/// before it.
 std::filesystem::path parent_of_folders() {
   constexpr std::uintmax_t kEnough = std::uintmax_t{2} << 30;
   const std::filesystem::path memory = "/dev/shm";
   std::error_code none;
   const std::filesystem::space_info space = std::filesystem::space(memory, none);
   const bool usable = !none && space.available >= kEnough && access(memory.c_str(), W_OK) == 0;
-  return std::getenv("TMPDIR") == nullptr && usable ? memory
-                                                    : std::filesystem::temp_directory_path();
+  const bool elsewhere =
+      std::getenv("TMPDIR") != nullptr || std::getenv("GONIO_TEST_FOLDERS_ON_DISK") != nullptr;
+  return usable && !elsewhere ? memory : std::filesystem::temp_directory_path();
 }
 
 }  // namespace
