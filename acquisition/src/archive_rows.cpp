@@ -7,8 +7,6 @@ namespace {
 
 constexpr int kMaxFramePixels_px = 65536;
 constexpr int kMostPoints = 10'000'000;
-/// With all that its parts waited for each other: thirty years.
-constexpr std::chrono::nanoseconds kLongestSession = std::chrono::hours(24 * 365 * 30);
 
 }  // namespace
 

@@ -18,10 +18,16 @@ namespace gonio::acquisition {
 namespace {
 
 constexpr const char* kJournalName = "session.sqlite";
+/// A part that begins later could come to times that no reader takes.
+constexpr std::chrono::nanoseconds kLatestPart = kLongestSession - std::chrono::hours(24 * 365);
 constexpr std::string_view kFrames = "frames";  ///< the table
 /// Whose rows the end of a session counts.
 constexpr std::array<std::string_view, 5> kCounted{"metadata", "configuration", kFrames, "points",
                                                    "notes"};
+
+double years(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double, std::ratio<3600 * 24 * 365>>(time).count();
+}
 
 std::string degrees_text(const std::vector<Angle>& angles) {
   std::string text;
@@ -87,10 +93,19 @@ SessionWriter SessionWriter::resume(const std::filesystem::path& folder, files::
   if (Journal::open(folder / kJournalName).last_number("finished") > 0) {
     throw std::logic_error(folder.string() + ": the session is finished");
   }
+  if (begins_at > kLatestPart) {
+    throw FileError(
+        folder, "go on",
+        fmt::format("it was begun {:.0f} years ago by the clock of this computer, or by "
+                    "its journal: expected {:.0f} at most",
+                    years(begins_at), years(kLatestPart)));
+  }
   Journal journal = Journal::reopen(folder / kJournalName);
   std::unique_ptr<State> state(
       new State{folder, std::move(lock), std::move(journal), 1, begins_at - now});
-  state->next_frame = state->journal.last_number("frames") + 1;
+  state->next_frame = state->journal.last_number(kFrames) + 1;
+  // What cannot be written to has no new part begun in it. A frame without a row may stand there.
+  files::require_creatable(folder / frame_file_name(state->next_frame), files::Overwrite::Yes);
   SessionWriter writer(std::move(state));
   writer.note(now, kResumedNote, text);
   // Space that was set aside is no frame that was lost.
@@ -206,14 +221,14 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
       read(fields, row);
     }
   };
-  each_intact("metadata", [&](RowFields& fields, const Journal::Row&) {
-    const std::string key = fields.text();
-    metadata_[key] = fields.text();
-  });
-  each_intact("configuration", [&](RowFields& fields, const Journal::Row&) {
-    const std::string name = fields.text();
-    configuration_[name] = fields.text();
-  });
+  const auto keep_once = [](std::map<std::string, std::string>& texts) {
+    return [&texts](RowFields& fields, const Journal::Row&) {
+      const std::string key = fields.text();
+      if (!texts.try_emplace(key, fields.text()).second) fields.fail("its key stands there twice");
+    };
+  };
+  each_intact("metadata", keep_once(metadata_));
+  each_intact("configuration", keep_once(configuration_));
   each_intact(kFrames, [&](RowFields& fields, const Journal::Row& row) {
     FrameRecord record = frame_record(fields, row.number);
     shapes_[record.id] = shape_of(fields);

@@ -14,6 +14,7 @@
 #include "gonio/acquisition/frame_file.h"
 #include "gonio/acquisition/resume.h"
 #include "gonio/errors/errors.h"
+#include "journal.h"
 #include "run_sql.h"
 #include "temporary_folder.h"
 
@@ -236,6 +237,50 @@ TEST_F(SessionArchive, NoticesRowsThatWereTakenOffItsEndWhenItWasFinished) {
     EXPECT_THAT(SessionReader(folder_).damage(), Contains(HasSubstr(damage)));
     std::filesystem::remove_all(folder_);
   }
+}
+
+TEST_F(SessionArchive, RefusesAKeyThatStandsTwice) {
+  write_two_frames();
+  for (const char* table : {"metadata", "configuration"}) {
+    SCOPED_TRACE(table);
+    const TemporaryFolder other;
+    std::filesystem::copy(folder_, other.path(), std::filesystem::copy_options::recursive);
+    std::vector<std::string> row =
+        Journal::open(folder_ / "session.sqlite").rows(table).at(0).values;
+    row.back() = "another";
+    Journal::reopen(other.path() / "session.sqlite").append(table, row);
+    EXPECT_THROW(SessionReader(other.path()), DataFormatError);
+  }
+}
+
+/// Goes on with a session of one frame.
+class Refused : public SessionArchive {
+ protected:
+  Refused() {
+    SessionWriter writer(folder_, {{"sample_id", "s"}}, {});
+    writer.append(small_record(), small_frame(1));
+  }
+  void expect_refused(std::chrono::nanoseconds begins_at) {
+    EXPECT_THROW(SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)),
+                                       begins_at, {}, "by a test"),
+                 FileError);
+    EXPECT_THAT(SessionReader(folder_).notes(), IsEmpty()) << "a part was begun";
+  }
+};
+
+TEST_F(Refused, WhereTheNextFrameCannotBeWritten) {
+  // Permissions are no matter to who may do all; here nobody can create a file.
+  std::filesystem::rename(folder_ / "frames", temporary_.path() / "frames");
+  std::filesystem::create_directory_symlink("/proc/self/fdinfo", folder_ / "frames");
+  expect_refused(std::chrono::seconds(90));
+}
+
+TEST_F(Refused, WhereTheClockOfTheComputerIsDecadesAhead) {
+  constexpr std::chrono::hours kYear{24 * 365};
+  expect_refused(30 * kYear);
+  SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)), 28 * kYear, {},
+                        "by a test");
+  EXPECT_EQ(SessionReader(folder_).notes().size(), 1U);
 }
 
 /// The schema of a journal as it was before its end counted its rows.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -257,6 +258,22 @@ TEST_F(Resume, SaysThatAStopWaitsForTheTargetChanger) {
   const Ended ended = measuring.wait();
   EXPECT_EQ(ended.exit_code, 4) << ended.error;
   EXPECT_THAT(ended.error, HasSubstr("the program ends once the target changer is where it was"));
+}
+
+TEST_F(Resume, RefusesAnArchiveThatSaysWhatNoSessionSays) {
+  run(measure("rig.toml", "whole"));
+  const acquisition::SessionReader whole(folder.path() / "whole");
+  const std::map<std::string, std::string> crafted{
+      {"driver", "martian"}, {"radiometric_scale", "furlong"}, {"seed", "nan"}};
+  for (const auto& [key, value] : crafted) {
+    SCOPED_TRACE(key);
+    acquisition::SessionMetadata metadata = whole.metadata();
+    metadata[key] = value;
+    acquisition::SessionWriter(folder.path() / key, metadata, whole.configuration());
+    EXPECT_THAT(run({"resume", key}, 2).error,
+                AllOf(HasSubstr(key + ": metadata " + key), HasSubstr(value)));
+    EXPECT_TRUE(acquisition::SessionReader(folder.path() / key).notes().empty());
+  }
 }
 
 TEST_F(Resume, RefusesWhatItCannotGoOnWith) {

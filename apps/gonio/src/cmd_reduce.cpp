@@ -35,7 +35,6 @@ int reduce(Context& context, const ReduceOptions& options) {
     const PhaseTimer timer(context.console, "reducing");
     return reduce_session(session, how);
   }();
-  for (const std::string& damage : session.archive.damage()) context.console.warn(damage);
   for (const std::string& warning : reduction.warnings) context.console.warn(warning);
   for (const acquisition::PartBridge& bridge : reduction.bridges) {
     // Others are among the warnings.

@@ -17,7 +17,6 @@ samples::SampleSet samples_input(const Console& console, const std::filesystem::
   }
   const StoredSession session = open_session(path);
   acquisition::Reduction reduction = reduce_session(session, session.rig.reduction);
-  for (const std::string& damage : session.archive.damage()) console.warn(damage);
   for (const std::string& warning : reduction.warnings) console.warn(warning);
   return std::move(reduction.samples);
 }

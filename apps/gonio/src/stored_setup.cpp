@@ -11,13 +11,28 @@
 namespace gonio::cli {
 namespace {
 
+DataFormatError unlike(const acquisition::SessionReader& archive, const std::string& key,
+                       const std::string& expected) {
+  constexpr std::size_t kMostShown = 40;  // of a text that should not be there
+  return {archive.folder(), "metadata " + key,
+          fmt::format("found {:?}, expected {}", metadata(archive, key).substr(0, kMostShown),
+                      expected)};
+}
+
 std::uint64_t seed_of(const acquisition::SessionReader& archive) {
   const std::string text = metadata(archive, "seed");
   std::uint64_t seed = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
   if (error == std::errc() && end == text.data() + text.size()) return seed;
-  throw DataFormatError(archive.folder(), "metadata seed",
-                        fmt::format("found {:?}, expected a whole number", text));
+  throw unlike(archive, "seed", "a whole number");
+}
+
+/// What is measured from here on is reduced as the archive says.
+void require_stored_scale(const acquisition::SessionReader& archive, const SessionSetup& session) {
+  const std::string expected(brdf::to_string(session.material.scale));
+  if (metadata(archive, "radiometric_scale") != expected) {
+    throw unlike(archive, "radiometric_scale", expected);
+  }
 }
 
 }  // namespace
@@ -36,7 +51,11 @@ SessionSetup stored_setup(const StoredSession& stored) {
                                  archive.folder().string(), kPosesText));
   }
   session.plan = stored_poses(poses->second, archive.folder() / kPosesText, session.instrument.rig);
-  session.simulated = metadata(archive, "driver") == "simulated";
+  const std::string driver = metadata(archive, "driver");
+  session.simulated = driver == "simulated";
+  if (!session.simulated && driver != "hardware") {
+    throw unlike(archive, "driver", "simulated or hardware");
+  }
   return session;
 }
 
@@ -45,6 +64,7 @@ void set_stored_sample(const acquisition::SessionReader& archive, SessionSetup& 
     // Only its geometry is looked at, by the check before anything is opened.
     session.material = {std::make_shared<brdf::Lambertian>(brdf::Rgb::Constant(0.5)),
                         brdf::RadiometricScale::si};
+    require_stored_scale(archive, session);
     return;
   }
   const std::string source = metadata(archive, "simulated_material_source");
@@ -55,6 +75,7 @@ void set_stored_sample(const acquisition::SessionReader& archive, SessionSetup& 
   }
   session.material = load_sample(named_material(source));
   session.seed = seed_of(archive);
+  require_stored_scale(archive, session);
 }
 
 void add_decided_points(const acquisition::SessionReader& archive,
