@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "gonio/acquisition/reduction.h"
 #include "gonio/devices/clock.h"
 #include "gonio/errors/errors.h"
 #include "saturation.h"
@@ -157,7 +158,7 @@ ColourLayout::ColourLayout(const SessionReader& archive, const std::filesystem::
   for (std::size_t colour = 0; colour < kColours.size(); ++colour) {
     const auto found = std::find(channels_.begin(), channels_.end(), kColours[colour]);
     if (found == channels_.end() || channels_.size() != kColours.size()) {
-      throw DataFormatError(place, "channels",
+      throw NothingToReduce(place, "channels",
                             fmt::format("found [{}], expected R, G, B or a single channel",
                                         fmt::join(channels_, ", ")));
     }

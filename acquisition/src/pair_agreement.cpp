@@ -82,6 +82,22 @@ std::vector<PairAgreement> pair_agreements(const SessionReader& archive,
   return pairs;
 }
 
+std::string to_text(const std::vector<PairAgreement>& pairs) {
+  if (pairs.empty()) return "";
+  double change = 0.0;
+  double u = 0.0;
+  std::ptrdiff_t agree = 0;
+  for (const PairAgreement& pair : pairs) {
+    change = std::max(change, std::abs(pair.change_relative));
+    u = std::max(u, pair.u_relative);
+    agree += pair.agrees() ? 1 : 0;
+  }
+  return fmt::format(
+      "{} of {} points measured twice agree with themselves: they differ by {:.2f} % at most, each "
+      "known to {:.2f} % or better",
+      agree, pairs.size(), 100.0 * change, 100.0 * u);
+}
+
 std::string disagreement_text(const PairAgreement& pair) {
   return fmt::format(
       "points {} and {} ({}) differ by {:+.2f} +- {:.2f} %: what was measured between them may "

@@ -6,12 +6,18 @@
 
 namespace gonio::acquisition {
 
+std::set<int> points_left(const SessionPart& part, std::size_t planned) {
+  std::set<int> left;
+  for (int point = 0; point < static_cast<int>(planned); ++point) {
+    if (!part.done.contains(point) && !part.dropped.contains(point)) left.insert(point);
+  }
+  return left;
+}
+
 PointSchedule::PointSchedule(const MeasurementPlan& plan, const SessionPart& part,
                              const Itinerary& itinerary)
     : plan_(plan), done_(part.done), replaced_(part.replaced), dropped_(part.dropped) {
-  for (int i = 0; i < static_cast<int>(plan.points.size()); ++i) {
-    if (!done_.contains(i) && !dropped_.contains(i)) take_again(i);
-  }
+  for (const int point : points_left(part, plan.points.size())) take_again(point);
   std::set<VisitKind> since_point;
   bool among_points = false;
   for (const PlannedVisit& visit : itinerary.visits) {

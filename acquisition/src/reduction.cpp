@@ -358,7 +358,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
     if (!pair.agrees()) reduction.warnings.push_back(disagreement_text(pair));
   }
   if (reduction.samples.samples.empty()) {
-    throw DataFormatError(place, "sample frames", "found no usable point, expected at least one");
+    throw NothingToReduce(place, "sample frames", "found no usable point, expected at least one");
   }
   return reduction;
 }

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "gonio/acquisition/resume.h"
+#include "gonio/acquisition/trust_notes.h"
 #include "gonio/devices/clock.h"
 #include "session_parts.h"
 
@@ -29,9 +30,14 @@ std::vector<std::pair<int, double>> points_taken(const SessionReader& archive) {
   std::vector<std::pair<int, double>> taken;
   auto before = std::chrono::nanoseconds(-1);
   auto frame = archive.frames().begin();
+  auto note = archive.notes().begin();
   for (const PointRecord& point : archive.points()) {
     for (; frame != archive.frames().end() && frame->exposure_start < point.finished_at; ++frame) {
       if (frame->point != point.point) before = frame->exposure_start + frame->exposure;
+    }
+    for (; note != archive.notes().end() && note->at < point.finished_at; ++note) {
+      const bool homed = note->kind == kHomeDeltaNote || note->kind == kCameBackNote;
+      if (homed) before = std::max(before, note->at);
     }
     const bool of_last_part = parts.of(point) + 1 == parts.count();
     if (of_last_part && point.outcome != PointOutcome::Failed && before.count() >= 0) {
@@ -42,17 +48,24 @@ std::vector<std::pair<int, double>> points_taken(const SessionReader& archive) {
   return taken;
 }
 
-/// SessionProgress::phase, by the latest frame; "point" for whatever is between the whites.
+/// SessionProgress::phase, by the latest frame; "point" for whatever is between the whites. A
+/// visit to the white ends with a frame in the dark.
 std::string latest_phase(const SessionReader& archive, bool points_taken, bool points_left) {
   const SessionParts parts(archive);
   if (archive.frames().empty() || parts.of(archive.frames().back()) + 1 < parts.count()) {
     return "home";
   }
-  const FrameKind kind = archive.frames().back().kind;
-  const bool white = kind == FrameKind::white;
-  if (points_taken) return white && !points_left ? "closing white" : "point";
-  if (white) return "white";
-  return kind == FrameKind::dark ? "dark" : "point";
+  const auto lit =
+      std::find_if(archive.frames().rbegin(), archive.frames().rend(),
+                   [](const FrameRecord& frame) { return frame.kind != FrameKind::lamp_off; });
+  const FrameKind kind = lit == archive.frames().rend() ? FrameKind::dark : lit->kind;
+  const bool over = archive.frames().back().kind == FrameKind::lamp_off;
+  if (points_taken) {
+    if (kind != FrameKind::white || points_left) return "point";
+    return over ? "park" : "closing white";
+  }
+  if (kind == FrameKind::dark) return "dark";
+  return kind == FrameKind::white && !over ? "white" : "point";
 }
 
 }  // namespace
@@ -117,14 +130,14 @@ double seconds_left(const SessionReader& archive, const Itinerary& itinerary,
                     const MeasurementPlan& plan) {
   if (archive.finished()) return 0.0;
   const SessionPart part = part_to_resume(resume_state(archive));
-  std::set<int> left;
-  for (int point = 0; point < static_cast<int>(plan.points.size()); ++point) {
-    const bool wanted = !part.enough && !part.dropped.contains(point);
-    if (wanted && !part.done.contains(point)) left.insert(point);
-  }
+  const std::set<int> left = points_left(part, plan.points.size());
   TimeLeft time(itinerary, plan);
   const auto taken = points_taken(archive);
   for (const auto& [point, seconds] : taken) time.took(point, seconds);
+  // The latest frame is of the next point, or of the check or white before it.
+  const bool begun = !taken.empty() &&
+                     archive.frames().back().exposure_start > archive.points().back().finished_at;
+  if (begun && !left.empty()) time.comes_to(*left.begin());
   return time.from(latest_phase(archive, !taken.empty(), !left.empty()), left);
 }
 

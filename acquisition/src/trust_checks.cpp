@@ -163,12 +163,12 @@ bool TrustChecks::visit_sentinel(const Distrust& distrust) {
       throw devices::DeviceError(devices::DeviceErrc::Fault, devices_.devices().camera->name(),
                                  found.unsteady);
     }
-    archive_.note(devices_.now(), "warning", "no sentinel this time: " + found.unsteady);
+    archive_.note(devices_.now(), kNoSentinelNote, "no sentinel this time: " + found.unsteady);
     return false;
   }
   if (!found.reading) {
     sentinel_on_ = false;
-    archive_.note(devices_.now(), "warning",
+    archive_.note(devices_.now(), kNoSentinelNote,
                   "the sample is too dark at the sentinel's pose: no sentinels in this session");
     return true;
   }
@@ -310,7 +310,10 @@ void TrustChecks::compare_sentinel(const SentinelReading& reading, const Distrus
                     "check, expected within {:.2f} %",
                     100.0 * change.relative, channel, 100.0 * limit));
   }
-  if (!steps.empty()) distrust(fmt::format("{}", fmt::join(steps, "; ")));
+  if (steps.empty()) return;
+  const std::string text = fmt::format("{}", fmt::join(steps, "; "));
+  archive_.note(devices_.now(), kSentinelStepNote, text);
+  distrust(text);
 }
 
 void TrustChecks::set_lit_monitor(const std::string& channel, double highest_reading) {

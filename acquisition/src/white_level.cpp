@@ -218,7 +218,7 @@ WhiteLevel white_level(const SessionReader& archive, const instrument::Instrumen
     }
   }
   if (level.visits.empty()) {
-    throw DataFormatError(archive.folder(), "white frames",
+    throw NothingToReduce(archive.folder(), "white frames",
                           "found none that can be used, expected at least one visit to the white");
   }
   bridge_whites(part_sentinels(sentinel_visits(archive), colours, parts), parts.count(),

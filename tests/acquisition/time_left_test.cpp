@@ -1,6 +1,10 @@
 #include "gonio/acquisition/time_left.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <limits>
+#include <map>
 
 #include "fake_rig.h"
 #include "gonio/acquisition/preflight.h"
@@ -71,23 +75,22 @@ TEST_F(TimeLeftTest, APointThatWasAddedTakesWhatOthersDo) {
 /// A session that is stopped within its third point and resumed.
 class SecondsLeft : public testing::Test {
  protected:
-  /// Calls `look` with what the session says and what its journal does, before each point.
+  /// Calls `look` with what the session says and what its journal does, as each phase begins.
   void run(SessionWriter archive, const SessionPart& part,
            const std::function<void(const SessionProgress&, double)>& look,
            std::stop_token stop = {}) {
     const auto progress = [&](const SessionProgress& now) {
-      if (now.phase != "point" && now.phase != "home") return;
       look(now, seconds_left(SessionReader(folder_), itinerary(), plan_));
     };
-    run_session(rig_.devices(), rig_.known, plan_, {}, archive, progress, std::move(stop), part);
+    run_session(rig_.devices(), rig_.known, plan_, options_, archive, progress, std::move(stop),
+                part);
   }
-  Itinerary itinerary() {
-    return checked_itinerary(rig_.devices(), rig_.known, plan_, SessionOptions());
-  }
+  Itinerary itinerary() { return checked_itinerary(rig_.devices(), rig_.known, plan_, options_); }
 
   const TemporaryFolder parent_;
   const std::filesystem::path folder_ = parent_.path() / "session";
   FakeRig rig_;
+  SessionOptions options_;
   MeasurementPlan plan_ =
       rig_.plan({{3.0, 12.0, 28.0}, {15.0, 30.0, 130.0}, {20.0, 20.0, 60.0}, {2.0, 60.0, 180.0}});
 };
@@ -96,6 +99,7 @@ TEST_F(SecondsLeft, IsWhatTheSessionItselfSays) {
   std::stop_source stop;
   int looks = 0;
   const auto compare = [&](const SessionProgress& now, double left) {
+    if (now.phase != "point" && now.phase != "home") return;
     ++looks;
     EXPECT_NEAR(left, now.remaining_s, 1e-6) << now.phase << ", " << now.done << " done";
   };
@@ -103,7 +107,7 @@ TEST_F(SecondsLeft, IsWhatTheSessionItselfSays) {
       SessionWriter(folder_, {}, {}), {},
       [&](const SessionProgress& now, double left) {
         compare(now, left);
-        if (now.done == 2) stop.request_stop();
+        if (now.phase == "point" && now.done == 2) stop.request_stop();
       },
       stop.get_token());
   EXPECT_EQ(looks, 4);
@@ -116,6 +120,35 @@ TEST_F(SecondsLeft, IsWhatTheSessionItselfSays) {
       part_to_resume(state), compare);
   EXPECT_EQ(looks, 3);
   EXPECT_EQ(seconds_left(SessionReader(folder_), itinerary(), plan_), 0.0);
+}
+
+TEST_F(SecondsLeft, LagsBehindTheSessionByNoMoreThanItsPhase) {
+  options_.sentinel_every = 2;
+  double before = std::numeric_limits<double>::infinity();
+  std::map<std::string, int> phases;
+  run(SessionWriter(folder_, {}, {}), {}, [&](const SessionProgress& now, double left) {
+    SCOPED_TRACE(now.phase + ", " + std::to_string(now.done) + " done");
+    ++phases[now.phase];
+    EXPECT_LE(left, before + 1e-6);
+    if (now.phase == "point" || now.phase == "park") {
+      EXPECT_NEAR(left, now.remaining_s, 1e-6) << "what was before is behind";
+    } else {
+      EXPECT_GE(left, now.remaining_s - 1e-6);
+    }
+    before = now.remaining_s;
+  });
+  for (const char* phase : {"dark", "white", "check", "closing white", "park"}) {
+    EXPECT_TRUE(phases.contains(phase)) << phase;
+  }
+  EXPECT_EQ(phases["point"], 4);
+}
+
+TEST_F(SecondsLeft, PointsThatDoNotCountAreTakenAgainAfterEnough) {
+  SessionPart part;
+  part.done = {{0, PointOutcome::Measured}};
+  part.dropped = {3};
+  part.enough = true;
+  EXPECT_THAT(points_left(part, 4), testing::ElementsAre(1, 2));
 }
 
 }  // namespace

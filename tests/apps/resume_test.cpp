@@ -141,17 +141,17 @@ TEST_F(Resume, CannotMendAFinishedSessionAndSaysSo) {
 
 TEST_F(Resume, LeavesASessionAloneThatALiveProcessMeasures) {
   folder.write("slow.toml", kSteady + "time_scale = 1.0\n");
-  GonioProcess measuring(measure("slow.toml", "session"), folder.path());
-  ASSERT_TRUE(measuring.wait_for("home"));
   const auto foreseen =
       nlohmann::json::parse(run({"measure", "slow.toml", "--plan", "list.csv", "--material",
                                  "builtin:red-pmma", "--dry-run", "--json"})
                                 .out);
+  GonioProcess measuring(measure("slow.toml", "session"), folder.path());
+  ASSERT_TRUE(measuring.wait_for("home"));
   const auto running = status("session", 4);
   EXPECT_EQ(running["state"], "running");
   EXPECT_NEAR(running["remaining_s"].get<double>(), foreseen["duration_s"].get<double>(), 1.0)
       << "all of it: it is homing";
-  EXPECT_THAT(run({"status", "session"}, 4).out, HasSubstr("of session time from there"));
+  EXPECT_THAT(run({"status", "session"}, 4).out, HasSubstr("of session time from its beginning"));
   EXPECT_THAT(run({"resume", "session"}, 2).error,
               HasSubstr("process " + std::to_string(measuring.pid()) + " is measuring it"));
   measuring.send(SIGKILL);
@@ -251,7 +251,8 @@ TEST_F(Resume, StopsAtOnceAtTheSecondInterruptOrWhenTerminated) {
 }
 
 TEST_F(Resume, SaysThatAStopWaitsForTheTargetChanger) {
-  folder.write("changer.toml", kSmallRig + "[simulation]\ntime_scale = 20.0\n");
+  folder.write("changer.toml",
+               kSmallRig + "[simulation]\nchange_time_s = 200.0\ntime_scale = 20.0\n");
   GonioProcess measuring(measure("changer.toml", "session"), folder.path());
   ASSERT_TRUE(measuring.wait_for("brings the white reference"));
   measuring.send(SIGTERM);

@@ -44,6 +44,24 @@ TEST_F(Workflow, LeadsFromMaterialsToAReconstructionAndAReport) {
   EXPECT_THAT(folder.read("spheres.png"), testing::StartsWith("\x89PNG"));
 }
 
+TEST_F(Workflow, ReportSaysWhatASessionFoundAgainstItself) {
+  train();
+  // Home marks that are found a tenth of a degree off each time: of a glossy sample it shows.
+  folder.write("loose.toml", kSmallRig + "[simulation]\nhoming_sigma_deg = 0.1\n");
+  folder.write(
+      "glossy.csv",
+      "theta_h_deg,theta_d_deg,phi_d_deg\n3,12,28\n5,60,89\n4,30,130\n2,60,180\n6,20,60\n");
+  run({"measure", "loose.toml", "--plan", "glossy.csv", "--material", "builtin:blue-metallic",
+       "--repeat-pairs", "2", "--sentinel-every", "1", "--out", "session"});
+  run({"report", "session", "--basis", "basis.h5", "--out", "report.html"});
+  const std::string report = folder.read("report.html");
+  EXPECT_THAT(report, HasSubstr("<em class=\"remark\">remark</em><b>Sentinel</b>"));
+  EXPECT_THAT(report, testing::ContainsRegex("off the first; [1-9] step\\(s\\)"));
+  EXPECT_THAT(
+      report,
+      HasSubstr("<em class=\"remark\">remark</em><b>Points measured twice</b><span>1 of 2"));
+}
+
 TEST_F(Workflow, AddsMaterialsToABasisWithoutTheOldOnes) {
   train();
   run({"materials", "make", "measured", "--only", "red-pmma"});

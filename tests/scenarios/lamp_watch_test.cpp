@@ -93,8 +93,9 @@ TEST_F(LampWatch, WhatASentinelInFlickeringLightDidNotCheckTheNextOneChecks) {
   world_.lamp.events = {
       {untroubled.points().at(1).finished_at + std::chrono::milliseconds(1), {}, 1.03, false}};
   EXPECT_TRUE(begin_dipping("check", 4, [](int reading) { return reading % 3 == 0; }).complete);
-  EXPECT_THAT(notes("warning"), testing::Contains(AllOf(HasSubstr("no sentinel this time"),
-                                                        HasSubstr("lamp monitor read"))));
+  EXPECT_THAT(
+      notes(acquisition::kNoSentinelNote),
+      testing::Contains(AllOf(HasSubstr("no sentinel this time"), HasSubstr("lamp monitor read"))));
   EXPECT_THAT(notes(acquisition::kSentinelAgainNote),
               SizeIs(static_cast<std::size_t>(options_.retries)));
   EXPECT_THAT(notes(acquisition::kSuspectNote),

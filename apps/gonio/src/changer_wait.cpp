@@ -12,14 +12,16 @@ void ChangerWait::mount(devices::Target target) {
     std::atomic<bool>& moves;
   };
   const Moving moving(moves_);
+  if (stop_.stop_requested()) tell();  // just before
   console_.detail(fmt::format("  {} brings the {}", name(), devices::in_words(target)));
   changer_.mount(target);
 }
 
-void ChangerWait::tell() const {
+void ChangerWait::tell() {
+  if (told_.exchange(true)) return;
   console_.say(
-      "stopped: axes stand and the shutter is closed; the program ends once the target changer is "
-      "where it was sent, which cannot be told to stop");
+      "stopping: axes and shutter are told to; the program ends once the target changer is where "
+      "it was sent, which cannot be told to stop");
 }
 
 }  // namespace gonio::cli

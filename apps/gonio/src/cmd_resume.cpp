@@ -8,7 +8,7 @@
 #include "command.h"
 #include "gonio/errors/errors.h"
 #include "session_end.h"
-#include "stored_setup.h"
+#include "stored_session.h"
 
 namespace gonio::cli {
 namespace {

@@ -20,7 +20,7 @@
 #include "session_loop.h"
 #include "session_preflight.h"
 #include "session_run.h"
-#include "stored_setup.h"
+#include "stored_session.h"
 
 namespace gonio::cli {
 namespace {
@@ -167,7 +167,7 @@ std::string last_note(const acquisition::SessionReader& archive, const std::stri
 /// Nothing where its archive does not tell enough: the rest of the status is worth having.
 std::optional<double> remaining_s(const acquisition::SessionReader& archive) {
   try {
-    const StoredSession stored = open_session(archive.folder());
+    const StoredSession stored = stored_session(archive);
     SessionSetup session = stored_setup(stored);
     try {
       set_stored_sample(archive, session);
@@ -190,6 +190,8 @@ int status(Context& context, const StatusOptions& options) {
   }
   if (options.replay) return replay(context, folder, options.basis);
   if (!options.basis.empty()) throw UsageError("--basis: goes with --replay");
+  // Before it is read: one that ends meanwhile was being measured.
+  const auto writer = files::lock_holder(acquisition::session_lock(folder));
   const acquisition::SessionReader archive(folder);
   const std::vector<acquisition::LoggedDecision> decisions = acquisition::decisions(archive);
   std::map<std::string, int> frames;
@@ -206,7 +208,6 @@ int status(Context& context, const StatusOptions& options) {
   const auto planned = planned_points(archive);
   const Changed changed = changed_by(decisions);
   const std::size_t points = planned ? *planned + changed.added : outcomes.size();
-  const auto writer = files::lock_holder(acquisition::session_lock(folder));
   const char* state = session_state(archive, writer.has_value());
   const std::optional<double> left =
       writer && !archive.finished() ? remaining_s(archive) : std::nullopt;
@@ -243,8 +244,9 @@ int status(Context& context, const StatusOptions& options) {
       text += fmt::format("latest           {}\n", latest);
     }
     if (left) {
-      text += fmt::format("left             about {} of session time from there, as foreseen\n",
-                          duration_text(*left));
+      text +=
+          fmt::format("left             about {} of session time from {}, as foreseen\n",
+                      duration_text(*left), archive.frames().empty() ? "its beginning" : "there");
     }
     if (const std::string change = sentinel_change_text(archive); !change.empty()) {
       text += fmt::format("sentinel         {}\n", printable_line(change));

@@ -156,7 +156,8 @@ report::CheckResult lamp_row(const acquisition::SessionReader& archive,
           text};
 }
 
-report::CheckResult sentinel_row(const acquisition::SessionReader& archive) {
+report::CheckResult sentinel_row(const acquisition::SessionReader& archive,
+                                 const acquisition::Reduction& reduction) {
   using report::CheckStatus;
   const std::vector<acquisition::SentinelVisit> visits = acquisition::sentinel_visits(archive);
   if (visits.size() < 2) {
@@ -171,33 +172,28 @@ report::CheckResult sentinel_row(const acquisition::SessionReader& archive) {
       if (std::abs(change) > std::abs(worst)) worst = change;
     }
   }
-  const auto stepped = [](const acquisition::SessionNote& note) {
-    return note.text.find("the sentinel changed") != std::string::npos;
+  const auto count = [&archive](const char* kind) {
+    return std::count_if(archive.notes().begin(), archive.notes().end(),
+                         [kind](const auto& note) { return std::string_view(note.kind) == kind; });
   };
-  const bool steady = std::none_of(archive.notes().begin(), archive.notes().end(), stepped);
-  return {
-      "Sentinel", steady ? CheckStatus::passed : CheckStatus::remark,
-      fmt::format("{} readings of a fixed pose on the sample, at most {:+.2f} % off the first{}",
-                  visits.size(), 100.0 * worst, steady ? "" : ", with a step")};
+  std::vector<std::string> remarks;
+  if (const auto steps = count(acquisition::kSentinelStepNote); steps > 0) {
+    remarks.push_back(fmt::format("{} step(s)", steps));
+  }
+  if (const auto missed = count(acquisition::kNoSentinelNote); missed > 0) {
+    remarks.push_back(fmt::format("{} could not be read", missed));
+  }
+  for (const acquisition::PartBridge& bridge : reduction.bridges) {
+    if (bridge.is_refused() || bridge.is_applied()) remarks.push_back(to_text(bridge));
+  }
+  std::string text =
+      fmt::format("{} readings of a fixed pose on the sample, at most {:+.2f} % off the first",
+                  visits.size(), 100.0 * worst);
+  for (const std::string& remark : remarks) text += "; " + remark;
+  return {"Sentinel", remarks.empty() ? CheckStatus::passed : CheckStatus::remark, text};
 }
 
 }  // namespace
-
-std::string to_text(const std::vector<acquisition::PairAgreement>& pairs) {
-  if (pairs.empty()) return "";
-  double change = 0.0;
-  double u = 0.0;
-  std::ptrdiff_t agree = 0;
-  for (const acquisition::PairAgreement& pair : pairs) {
-    change = std::max(change, std::abs(pair.change_relative));
-    u = std::max(u, pair.u_relative);
-    agree += pair.agrees() ? 1 : 0;
-  }
-  return fmt::format(
-      "{} of {} points measured twice agree with themselves: they differ by {:.2f} % at most, each "
-      "known to {:.2f} % or better",
-      agree, pairs.size(), 100.0 * change, 100.0 * u);
-}
 
 std::vector<report::CheckResult> session_checks(const acquisition::SessionReader& archive,
                                                 const acquisition::Reduction& reduction) {
@@ -205,7 +201,8 @@ std::vector<report::CheckResult> session_checks(const acquisition::SessionReader
   const std::vector<acquisition::PairAgreement>& pairs = reduction.pairs;
   const bool agree =
       std::all_of(pairs.begin(), pairs.end(), [](const auto& pair) { return pair.agrees(); });
-  std::vector<report::CheckResult> rows{lamp_row(archive, reduction), sentinel_row(archive)};
+  std::vector<report::CheckResult> rows{lamp_row(archive, reduction),
+                                        sentinel_row(archive, reduction)};
   rows.push_back({"Points measured twice",
                   pairs.empty() ? CheckStatus::not_applicable
                   : agree       ? CheckStatus::passed
@@ -250,7 +247,9 @@ report::ReportData session_report(const StoredSession& session) {
                                         suspects.size(), data.poses.size()));
   }
   for (const acquisition::SessionNote& note : archive.notes()) {
-    if (note.kind == "warning") data.warnings.push_back(note.text);
+    if (note.kind == "warning" || note.kind == acquisition::kNoSentinelNote) {
+      data.warnings.push_back(note.text);
+    }
     if (note.kind == acquisition::kSuspectNote) {
       data.warnings.push_back("Suspect at " +
                               fmt::format("{:.0f} s, ", devices::to_seconds(note.at)) + note.text);

@@ -8,16 +8,13 @@
 #include "gonio/basis/reconstruct.h"
 #include "gonio/quality/homogeneity.h"
 #include "gonio/report/report.h"
-#include "session_run.h"
+#include "stored_session.h"
 
 namespace gonio::cli {
 
 /// The page of a session: poses, timing, facts and provenance from the archive. Methods, samples
 /// and truth are added by the caller.
 report::ReportData session_report(const StoredSession& session);
-
-/// "9 of 10 points measured twice agree with themselves: ..."; empty: none was.
-std::string to_text(const std::vector<acquisition::PairAgreement>& pairs);
 
 /// What the session watched itself by, as rows of the page's checks, also when all is well: lamp,
 /// sentinel, points measured twice.

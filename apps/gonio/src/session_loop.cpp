@@ -299,26 +299,23 @@ std::vector<std::string> replay_decisions(const SessionLoop& loop, const Session
     if (note.kind != acquisition::kDecisionNote) continue;
     const SessionReader before = archive.before_note(i);
     const acquisition::ResumeState state = acquisition::resume_state(before);
-    const acquisition::SessionPart part = acquisition::part_to_resume(state);
+    acquisition::SessionPart part = acquisition::part_to_resume(state);
     acquisition::MeasurementPlan plan = planned;
     for (const LoggedDecision& each : state.decisions) {
       acquisition::add_points(each.decision, plan);
     }
     // A point that failed is done until a session is resumed.
-    std::map<int, PointOutcome> done = part.done;
     std::map<int, PointOutcome> last;
     for (const acquisition::PointRecord& point : before.points()) last[point.point] = point.outcome;
     for (const auto& [point, outcome] : last) {
-      if (outcome != PointOutcome::Measured) done[point] = outcome;
+      if (outcome != PointOutcome::Measured) part.done[point] = outcome;
     }
-    std::vector<int> left;
-    for (int point = 0; point < static_cast<int>(plan.points.size()); ++point) {
-      if (!done.contains(point) && !part.dropped.contains(point)) left.push_back(point);
-    }
+    const std::set<int> of_plan = acquisition::points_left(part, plan.points.size());
+    const std::vector<int> left(of_plan.begin(), of_plan.end());
     const auto refusal = [&](const acquisition::PlannedPoint& point) {
       return acquisition::why_not_behind(rig, plan, point);
     };
-    const std::optional<Decision> again = loop.decide({plan, done, left, refusal}, before);
+    const std::optional<Decision> again = loop.decide({plan, part.done, left, refusal}, before);
     const std::string found = again ? acquisition::decision_text(*again) : "nothing";
     if (found == note.text) continue;
     differences.push_back(fmt::format("{:.1f} s: logged {}, recomputed {}",

@@ -26,13 +26,10 @@
 #include "plan_file.h"
 #include "session_loop.h"
 #include "session_preflight.h"
+#include "stored_session.h"
 
 namespace gonio::cli {
 namespace {
-
-constexpr const char* kRigText = "rig.toml";
-constexpr const char* kPlanText = "plan.csv";
-constexpr const char* kCalibrationText = "calibration.json";
 
 /// Who the devices are, as far as a session remembers.
 acquisition::SessionMetadata device_metadata(const SessionSetup& session, OpenedRig& rig) {
@@ -118,11 +115,7 @@ SessionPreflight check(const acquisition::DeviceSet& devices, const SessionSetup
 void tell_forecast(const Console& console, const SessionSetup& session,
                    const SessionPreflight& preflight, const acquisition::SessionPart& part,
                    std::optional<double> time_scale) {
-  std::set<int> left;
-  for (int point = 0; point < static_cast<int>(session.plan.points.size()); ++point) {
-    const bool wanted = !part.enough && !part.dropped.contains(point);
-    if (wanted && !part.done.contains(point)) left.insert(point);
-  }
+  const std::set<int> left = acquisition::points_left(part, session.plan.points.size());
   // The interval is of a whole session; what is left of one has none of its own.
   const bool whole = left.size() == session.plan.points.size();
   const acquisition::TimeLeft time(*preflight.found.itinerary, session.plan);
@@ -334,52 +327,6 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                archive, show, ends.get_token(), part, loop ? &*loop : nullptr);
   rig->require_safe();
   return result;
-}
-
-StoredSession open_session(const std::filesystem::path& folder, const std::string& calibration) {
-  if (!std::filesystem::exists(folder / "session.sqlite")) {
-    throw UsageError(folder.string() + ": found no session.sqlite, expected a session archive");
-  }
-  acquisition::SessionReader archive(folder);
-  const auto configuration = [&](const char* name) {
-    const auto found = archive.configuration().find(name);
-    if (found == archive.configuration().end()) {
-      throw UsageError(folder.string() + ": configuration: found no " + name);
-    }
-    return found->second;
-  };
-  RigFile rig = rig_file_from_text(configuration(kRigText), folder / kRigText);
-  instrument::Instrument instrument =
-      calibration.empty() ? instrument::instrument_from_json(configuration(kCalibrationText),
-                                                             folder / kCalibrationText)
-                          : instrument_of(rig, calibration);
-  return {std::move(archive), std::move(rig), std::move(instrument)};
-}
-
-std::string metadata(const acquisition::SessionReader& archive, const std::string& key) {
-  const auto found = archive.metadata().find(key);
-  return found == archive.metadata().end() ? std::string() : found->second;
-}
-
-acquisition::Reduction reduce_session(const StoredSession& session,
-                                      const acquisition::ReductionOptions& options) {
-  acquisition::Reduction reduction = [&] {
-    try {
-      return acquisition::reduce(session.archive, session.instrument, options);
-    } catch (const DataFormatError& error) {
-      if (session.archive.finished()) throw;
-      throw UsageError(error.what(),
-                       fmt::format("the session did not come to its end; gonio resume {} goes on "
-                                   "with it",
-                                   session.archive.folder().string()));
-    }
-  }();
-  const std::string scale = metadata(session.archive, "radiometric_scale");
-  if (!scale.empty()) {
-    reduction.samples.scale =
-        blame(session.archive.folder(), [&] { return brdf::radiometric_scale_from_string(scale); });
-  }
-  return reduction;
 }
 
 }  // namespace gonio::cli

@@ -74,26 +74,4 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                        std::optional<SessionToResume> resumed = std::nullopt,
                                        monitor::SessionMonitor* monitor = nullptr);
 
-/// A finished or killed session with what it was made with.
-struct StoredSession {
-  acquisition::SessionReader archive;
-  RigFile rig;
-  instrument::Instrument instrument;
-};
-
-/// Throws UsageError when the folder is no session, DataFormatError and ConfigError as its parts.
-/// With `calibration`: these constants instead of the stored ones.
-StoredSession open_session(const std::filesystem::path& folder,
-                           const std::string& calibration = "");
-
-/// The name in an archive's configuration of the plan as it is run, with poses (stored_poses()).
-inline constexpr const char* kPosesText = "poses.csv";
-
-/// Metadata by key, or nothing.
-std::string metadata(const acquisition::SessionReader& archive, const std::string& key);
-
-/// reduce() with the radiometric scale the session's metadata tell.
-acquisition::Reduction reduce_session(const StoredSession& session,
-                                      const acquisition::ReductionOptions& options);
-
 }  // namespace gonio::cli

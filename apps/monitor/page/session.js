@@ -53,7 +53,7 @@ function showFrame() {
   const what = frame.kind === "sample" ? "point " + frame.point : frame.kind.replace("_", " ");
   say("frame-says", what + (frame.channel ? ", " + frame.channel : "") + ", " +
     Number(frame.exposure_ms.toPrecision(3)) + " ms, " + frame.width_px + " × " + frame.height_px + " px" +
-    (frame.newest ? "" : "; at " + duration(frame.at_s) + ", not the newest"));
+    (frame.newest ? "" : "; not the newest, at " + duration(frame.at_s) + " of the whole session"));
   drawHistogram(byId("histogram"), frame.figures);
   const saturated = 100 * frame.figures.saturated_share;
   say("histogram-says", "mean " + frame.figures.mean_dn.toFixed(0) + ", " + frame.figures.min_dn + " to " +

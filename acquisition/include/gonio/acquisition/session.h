@@ -125,6 +125,10 @@ struct SessionPart {
   std::stop_token pause;  ///< asks to end once the point under way is acknowledged
 };
 
+/// The points, of so many, that such a part has to measure. After "enough" those remain that were
+/// measured and do not count, or have failed.
+std::set<int> points_left(const SessionPart& part, std::size_t planned);
+
 /// Runs a whole session: pre-run check (preflight()), home, darks, opening white, every point (axes
 /// together, settle, bracket per channel, read back), lamp-off frames, closing white. Nothing moves
 /// before the check has passed. Every exit path, also an exception, stops all axes and closes the

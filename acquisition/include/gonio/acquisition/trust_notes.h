@@ -15,6 +15,10 @@ namespace gonio::acquisition {
 /// measured is never changed by them: readers put them together with the rows.
 inline constexpr const char* kHomeDeltaNote = "home delta";
 inline constexpr const char* kSentinelNote = "sentinel";
+/// What was read there changed by more than it may; what is suspect for it is a note of its own.
+inline constexpr const char* kSentinelStepNote = "sentinel step";
+/// None was read where one was due; why.
+inline constexpr const char* kNoSentinelNote = "no sentinel";
 inline constexpr const char* kSuspectNote = "suspect";
 /// How the light of a part compares with that of the part before (part_bridge.h), as it begins.
 inline constexpr const char* kBridgeNote = "bridge";

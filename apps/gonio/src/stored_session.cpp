@@ -1,11 +1,14 @@
-#include "stored_setup.h"
+#include "stored_session.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
 
 #include "gonio/brdf/diffuse_models.h"
+#include "gonio/console/failures.h"
 #include "gonio/errors/errors.h"
+#include "gonio/files/process_lock.h"
+#include "gonio/instrument/calibration_file.h"
 #include "plan_file.h"
 
 namespace gonio::cli {
@@ -36,6 +39,59 @@ void require_stored_scale(const acquisition::SessionReader& archive, const Sessi
 }
 
 }  // namespace
+
+StoredSession open_session(const std::filesystem::path& folder, const std::string& calibration) {
+  if (!std::filesystem::exists(folder / "session.sqlite")) {
+    throw UsageError(folder.string() + ": found no session.sqlite, expected a session archive");
+  }
+  return stored_session(acquisition::SessionReader(folder), calibration);
+}
+
+StoredSession stored_session(acquisition::SessionReader archive, const std::string& calibration) {
+  const std::filesystem::path folder = archive.folder();
+  const auto configuration = [&](const char* name) {
+    const auto found = archive.configuration().find(name);
+    if (found == archive.configuration().end()) {
+      throw UsageError(folder.string() + ": configuration: found no " + name);
+    }
+    return found->second;
+  };
+  RigFile rig = rig_file_from_text(configuration(kRigText), folder / kRigText);
+  instrument::Instrument instrument =
+      calibration.empty() ? instrument::instrument_from_json(configuration(kCalibrationText),
+                                                             folder / kCalibrationText)
+                          : instrument_of(rig, calibration);
+  return {std::move(archive), std::move(rig), std::move(instrument)};
+}
+
+std::string metadata(const acquisition::SessionReader& archive, const std::string& key) {
+  const auto found = archive.metadata().find(key);
+  return found == archive.metadata().end() ? std::string() : found->second;
+}
+
+acquisition::Reduction reduce_session(const StoredSession& session,
+                                      const acquisition::ReductionOptions& options) {
+  const acquisition::SessionReader& archive = session.archive;
+  acquisition::Reduction reduction = [&] {
+    try {
+      return acquisition::reduce(archive, session.instrument, options);
+    } catch (const acquisition::NothingToReduce& error) {
+      if (archive.finished()) throw;
+      const bool measuring =
+          files::lock_holder(acquisition::session_lock(archive.folder())).has_value();
+      throw UsageError(error.what(), measuring
+                                         ? "the session is being measured"
+                                         : "the session did not come to its end; gonio resume " +
+                                               archive.folder().string() + " goes on with it");
+    }
+  }();
+  const std::string scale = metadata(archive, "radiometric_scale");
+  if (!scale.empty()) {
+    reduction.samples.scale =
+        blame(archive.folder(), [&] { return brdf::radiometric_scale_from_string(scale); });
+  }
+  return reduction;
+}
 
 SessionSetup stored_setup(const StoredSession& stored) {
   const acquisition::SessionReader& archive = stored.archive;
