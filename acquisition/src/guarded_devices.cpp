@@ -306,8 +306,9 @@ void GuardedDevices::read_what_answers() {
   }
 }
 
-void GuardedDevices::come_back() {
+void GuardedDevices::come_back(const std::function<void()>& once_safe) {
   make_safe(devices_);
+  once_safe();
   const auto give_up = now() + kMayBeAway;
   while (true) {
     // In steps, so that a request to stop is heard.

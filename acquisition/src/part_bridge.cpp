@@ -66,11 +66,12 @@ std::string to_text(const PartBridge& bridge) {
                        100.0 * bridge.disagreement_relative,
                        100.0 * bridge.u_disagreement_relative);
   }
-  return where + fmt::format("the light is {:+.2f} +- {:.2f} % off that before by {}; {}",
-                             100.0 * bridge.change_relative, 100.0 * bridge.u_relative,
-                             bridge.by_sentinel ? "whites and sentinels" : "whites alone",
-                             bridge.is_applied()
-                                 ? "bridged with that factor, each part with its own whites"
+  return where +
+         fmt::format(
+             "the light over the lamp's monitor is {:+.2f} +- {:.2f} % off that before by {}; {}",
+             100.0 * bridge.change_relative, 100.0 * bridge.u_relative,
+             bridge.by_sentinel ? "whites and sentinels" : "whites alone",
+             bridge.is_applied() ? "bridged with that factor, each part with its own whites"
                                  : "no change beyond noise, no factor is applied");
 }
 

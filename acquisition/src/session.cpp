@@ -155,7 +155,8 @@ class Session {
           // Homing has put right what may have been lost, so no later check can tell; and behind
           // the last sentinel there is none that could.
           if (!axes_unchecked_.empty()) {
-            distrust_unchecked(axes_unchecked_, "an axis could not tell whether it was in order");
+            distrust_unchecked(axes_unchecked_,
+                               "an axis could not tell whether it was in order (home delta)");
           }
           if (all_taken && !light_unchecked_.empty()) {
             distrust_unchecked(light_unchecked_, "the last sentinel could not be read");
@@ -226,9 +227,10 @@ class Session {
 
   void come_back(const char* phase, const devices::DeviceError& error) {
     const rig::Joints believed = devices_.last_reading();
+    const std::string what = fmt::format("{}: {}", phase, error.what());
     const auto home = [&] {
-      devices_.come_back();
-      archive_.note(devices_.now(), kCameBackNote, fmt::format("{}: {}", phase, error.what()));
+      devices_.come_back([&] { archive_.note(devices_.now(), kDroppedOffNote, what); });
+      archive_.note(devices_.now(), kCameBackNote, what);
     };
     judged(home, [&] {
       checks_.compare_after_loss(

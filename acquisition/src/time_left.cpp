@@ -106,7 +106,10 @@ double TimeLeft::from(const std::string& phase, const std::set<int>& points_left
   if (phase == "closing white") {
     return sum_from(begin_of(closing_, VisitKind::white), closing_.end());
   }
-  double left = sum_from(closing_.begin(), closing_.end());
+  // What was measured before this part was checked then.
+  const bool check_due = !points_left.empty() || taken_ > 0.0;
+  double left =
+      sum_from(check_due ? closing_.begin() : begin_of(closing_, VisitKind::white), closing_.end());
   for (const VisitKind kind : {VisitKind::home, VisitKind::dark, VisitKind::white}) {
     // Whites between points have the same name: by then some points have been measured.
     if (phase != to_string(kind) || taken_ > 0.0) continue;

@@ -63,6 +63,10 @@ TEST_F(TimeLeftTest, WhatIsDoneIsNotCounted) {
   EXPECT_DOUBLE_EQ(left_.from("park", {}), 6.0);
 }
 
+TEST_F(TimeLeftTest, APartWithoutPointsHasNoCheck) {
+  EXPECT_DOUBLE_EQ(left_.from("home", {}), kOpening_s + kClosing_s - 7.0);
+}
+
 TEST_F(TimeLeftTest, PointsThatTookLongerMakeTheOthersLonger) {
   left_.took(0, 10.0 + 70.0);  // 70 s for (10 + 3 * 20) s foreseen
   EXPECT_DOUBLE_EQ(left_.from("point", {1, 2}), 2.0 * 50.0 + kBetween_s + kClosing_s);

@@ -23,9 +23,7 @@ struct ResumeOptions {
 
 /// Held from before the archive is read. Throws UsageError when a live process is measuring it.
 files::ProcessLock lock_of(const std::filesystem::path& folder) {
-  if (!std::filesystem::exists(folder / "session.sqlite")) {
-    throw UsageError(folder.string() + ": found no session.sqlite, expected a session archive");
-  }
+  require_session(folder);
   try {
     return files::ProcessLock(acquisition::session_lock(folder));
   } catch (const files::HeldByAnother& error) {
@@ -52,8 +50,11 @@ void tell_what_is_left(const Console& console, const acquisition::SessionReader&
                        const acquisition::ResumeState& state, std::size_t points) {
   for (const std::string& damage : archive.damage()) console.warn(damage);
   for (const std::string& again : state.again) console.warn(again + ", is measured again");
-  console.say(fmt::format("{}: {} of {} points are done; new darks and white, then the rest",
-                          archive.folder().string(), state.done.size(), points));
+  const std::size_t left =
+      acquisition::points_left(acquisition::part_to_resume(state), points).size();
+  console.say(fmt::format("{}: {} of {} points are done; new darks and white, then {}",
+                          archive.folder().string(), state.done.size(), points,
+                          left > 0 ? "the rest" : "the closing white"));
 }
 
 /// What the session was begun with is looked at once more: it may have expired meanwhile. Returns

@@ -185,9 +185,7 @@ std::optional<double> remaining_s(const acquisition::SessionReader& archive) {
 
 int status(Context& context, const StatusOptions& options) {
   const std::filesystem::path folder(options.session);
-  if (!std::filesystem::exists(folder / "session.sqlite")) {
-    throw UsageError(options.session + ": found no session.sqlite, expected a session archive");
-  }
+  require_session(folder);
   if (options.replay) return replay(context, folder, options.basis);
   if (!options.basis.empty()) throw UsageError("--basis: goes with --replay");
   // Before it is read: one that ends meanwhile was being measured.

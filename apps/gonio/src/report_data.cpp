@@ -145,8 +145,9 @@ report::CheckResult lamp_row(const acquisition::SessionReader& archive,
     text = "there is but one white";
   }
   if (const auto range = monitor_range(archive)) {
-    text += fmt::format("; the lamp's monitor read {:+.2f} to {:+.2f} % of its first readings",
-                        100.0 * range->first, 100.0 * range->second);
+    text += fmt::format(
+        "; the monitor itself read {:+.2f} to {:+.2f} % off its first readings, which is taken out",
+        100.0 * range->first, 100.0 * range->second);
   }
   const double drift = std::abs(reduction.white_drift_relative.value_or(0.0));
   return {"Lamp",

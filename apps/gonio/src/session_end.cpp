@@ -41,7 +41,7 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
   Request stop(context.stop);
   Request pause(context.pause_on_interrupt());
   const std::stop_callback<std::function<void()>> tell(pause.token(), [&console] {
-    console.say("pausing after this point; Ctrl-C once more stops at once");
+    console.say("pausing after this point or white; Ctrl-C once more stops at once");
   });
   const std::unique_ptr<LiveSession> live = live_session(
       console, watching, session, {[&pause] { pause.request(); }, [&stop] { stop.request(); }});
@@ -75,13 +75,16 @@ int run_to_the_end(Context& context, const SessionSetup& session, const MonitorO
       duration_text(result.duration_s)));
   if (result.suspect > 0) {
     console.warn(
-        fmt::format("{} of them are suspect by the session's own checks; gonio status {} "
-                    "says why",
+        fmt::format("{} of them are suspect by the session's own checks, also when they were taken "
+                    "again: gonio status {} says why; mend that and measure their directions anew",
                     result.suspect, archive));
   }
   if (result.complete) return kSuccess;
-  console.error(fmt::format("{}: {} after {} of {} directions", archive,
-                            why_incomplete(result, stop.token()), result.measured, result.planned),
+  console.error(fmt::format("{}: {} after {} of {} directions{}", archive,
+                            why_incomplete(result, stop.token()), result.measured, result.planned,
+                            !result.finished && result.measured == result.planned
+                                ? ", before it had come to its end"
+                                : ""),
                 result.finished ? "what was measured is in the archive and can be reduced"
                                 : how_to_go_on(session));
   return kIncompleteSession;

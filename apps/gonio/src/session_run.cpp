@@ -5,6 +5,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <ctime>
 #include <memory>
 #include <optional>
@@ -13,9 +14,7 @@
 
 #include "asking_changer.h"
 #include "changer_wait.h"
-#include "gonio/acquisition/archive_observer.h"
 #include "gonio/acquisition/time_left.h"
-#include "gonio/acquisition/trust_notes.h"
 #include "gonio/console/failures.h"
 #include "gonio/errors/errors.h"
 #include "gonio/files/sha256.h"
@@ -26,6 +25,7 @@
 #include "plan_file.h"
 #include "session_loop.h"
 #include "session_preflight.h"
+#include "session_teller.h"
 #include "stored_session.h"
 
 namespace gonio::cli {
@@ -116,14 +116,15 @@ void tell_forecast(const Console& console, const SessionSetup& session,
                    const SessionPreflight& preflight, const acquisition::SessionPart& part,
                    std::optional<double> time_scale) {
   const std::set<int> left = acquisition::points_left(part, session.plan.points.size());
-  // The interval is of a whole session; what is left of one has none of its own.
-  const bool whole = left.size() == session.plan.points.size();
+  const acquisition::Estimate& whole_s = preflight.found.forecast->total_s;
   const acquisition::TimeLeft time(*preflight.found.itinerary, session.plan);
   const double left_s =
-      whole ? preflight.found.forecast->total_s.expected : time.from("home", left);
-  std::string text =
-      fmt::format("{} point(s) to measure, about {}", left.size(),
-                  whole ? to_text(preflight.found.forecast->total_s) : duration_text(left_s));
+      left.size() == session.plan.points.size() ? whole_s.expected : time.from("home", left);
+  // As if what is unknown were independent: of a part that is no less than it is.
+  const double share = std::sqrt(left_s / whole_s.expected);
+  const acquisition::Estimate of_part{left_s, left_s - share * (whole_s.expected - whole_s.low),
+                                      left_s + share * (whole_s.high - whole_s.expected)};
+  std::string text = fmt::format("{} point(s) to measure, about {}", left.size(), to_text(of_part));
   if (!time_scale || *time_scale != 1.0) text += " of session time";
   if (time_scale) {
     const double host_s = left_s / *time_scale;
@@ -200,39 +201,6 @@ acquisition::DeviceSet with_changer(acquisition::DeviceSet devices, const Sessio
   if (manual && (session.ask_person || !session.simulated)) devices.changer = &person;
   return devices;
 }
-
-/// Says how axes and light were found after an interruption; passes all on to the live page, if
-/// any.
-class ResumeTeller final : public acquisition::ArchiveObserver {
- public:
-  ResumeTeller(const Console& console, acquisition::ArchiveObserver* next)
-      : console_(console), next_(next) {}
-
-  void on_frame(const acquisition::FrameRecord& record,
-                const devices::Frame& frame) noexcept override {
-    if (next_ != nullptr) next_->on_frame(record, frame);
-  }
-  void on_point(const acquisition::PointRecord& record) noexcept override {
-    if (next_ != nullptr) next_->on_point(record);
-  }
-  void on_note(const acquisition::SessionNote& note) noexcept override {
-    try {
-      if (note.kind == acquisition::kHomeDeltaNote && !std::exchange(told_homes_, true)) {
-        console_.say("axes " + note.text);
-      } else if (note.kind == acquisition::kBridgeNote) {
-        console_.say(note.text);
-      }
-    } catch (const std::exception&) {
-      // What cannot be said is in the archive.
-    }
-    if (next_ != nullptr) next_->on_note(note);
-  }
-
- private:
-  const Console& console_;
-  acquisition::ArchiveObserver* next_;
-  bool told_homes_ = false;
-};
 
 }  // namespace
 
@@ -316,8 +284,8 @@ acquisition::SessionResult run_session(const Console& console, SessionSetup sess
                                             {kPlanText, session.plan_text},
                                             {kPosesText, poses},
                                             {kCalibrationText, calibration}});
-  ResumeTeller teller(console, monitor);
-  archive.observe(resumed ? &teller : static_cast<acquisition::ArchiveObserver*>(monitor));
+  SessionTeller teller(console, monitor, resumed.has_value());
+  archive.observe(&teller);
   const acquisition::Expectation expectation = expectation_of(session);
   part.expectation = &expectation;
   reserve.emplace(session, preflight, devices.camera->info(), points_done);

@@ -40,10 +40,14 @@ void require_stored_scale(const acquisition::SessionReader& archive, const Sessi
 
 }  // namespace
 
+void require_session(const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder / "session.sqlite")) return;
+  throw UsageError(folder.string() + ": found no session.sqlite, expected a session archive",
+                   "one that was just begun has none until its devices are open and checked");
+}
+
 StoredSession open_session(const std::filesystem::path& folder, const std::string& calibration) {
-  if (!std::filesystem::exists(folder / "session.sqlite")) {
-    throw UsageError(folder.string() + ": found no session.sqlite, expected a session archive");
-  }
+  require_session(folder);
   return stored_session(acquisition::SessionReader(folder), calibration);
 }
 

@@ -12,6 +12,9 @@ struct StoredSession {
   instrument::Instrument instrument;
 };
 
+/// Throws UsageError when the folder is no session (yet).
+void require_session(const std::filesystem::path& folder);
+
 /// Throws UsageError when the folder is no session, DataFormatError and ConfigError as its parts.
 /// With `calibration`: these constants instead of the stored ones.
 StoredSession open_session(const std::filesystem::path& folder,

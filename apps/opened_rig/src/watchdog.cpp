@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
@@ -33,7 +34,8 @@ namespace {
 constexpr char kEndOfText = '\0';
 constexpr char kDismissed = 'd';
 constexpr char kWatching = 'w';
-constexpr int kStartTimeoutMs = 5000;
+/// A program that others keep from running has taken more than 5 s to begin.
+constexpr std::chrono::seconds kStartTimeout{30};
 constexpr std::size_t kMaxTextBytes = 4 << 20;
 
 bool send_all(int socket, const std::string& bytes) {
@@ -113,11 +115,14 @@ Watchdog::Watchdog(const RigFile& rig, const std::vector<int>& held,
   pollfd answer{socket_, POLLIN, 0};
   int ready = 0;
   do {
-    ready = ::poll(&answer, 1, kStartTimeoutMs);
+    ready = ::poll(&answer, 1, static_cast<int>(std::chrono::milliseconds(kStartTimeout).count()));
   } while (ready < 0 && errno == EINTR);
   if (ready != 1 || receive_byte(socket_) != kWatching) {
     ::kill(pid_, SIGKILL);
-    give_up("it did not start");
+    give_up(fmt::format(
+        "the process that stops the rig if this one dies was not ready within {} s; nothing has "
+        "moved: try again, with less else to do for this computer",
+        kStartTimeout.count()));
   }
   wake_ = ::eventfd(0, EFD_CLOEXEC);
   if (wake_ < 0) give_up(std::strerror(errno));

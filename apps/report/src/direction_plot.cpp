@@ -73,15 +73,13 @@ std::string hemisphere(const ReportData& data, Side side) {
     svg.line({p.x - 5, p.y - 5}, {p.x + 5, p.y + 5}, "refused");
     svg.line({p.x - 5, p.y + 5}, {p.x + 5, p.y - 5}, "refused");
   }
-  int order = 0;
   for (const MeasuredPose& pose : data.poses) {
     const Eigen::Vector3d w = side_of(pose.direction, side);
     const Point p = on_plot(w);
-    ++order;
     svg.circle(p, 8.5, fmt::format("pose {}", css),
-               fmt::format("pose {} ({}), θ{} {:.1f}°: {}", order, pose.branch, light ? "i" : "o",
-                           polar_deg(w), angles_text(pose.direction)));
-    svg.text({p.x, p.y + 3.6}, "middle", "poseno", fmt::format("{}", order));
+               fmt::format("point {} ({}), θ{} {:.1f}°: {}", pose.pose, pose.branch,
+                           light ? "i" : "o", polar_deg(w), angles_text(pose.direction)));
+    svg.text({p.x, p.y + 3.6}, "middle", "poseno", fmt::format("{}", pose.pose));
   }
   return svg.finish();
 }
@@ -112,12 +110,11 @@ std::string half_difference_plane(const ReportData& data) {
     svg.line({p.x - 5, p.y - 5}, {p.x + 5, p.y + 5}, "refused");
     svg.line({p.x - 5, p.y + 5}, {p.x + 5, p.y - 5}, "refused");
   }
-  int order = 0;
   for (const MeasuredPose& pose : data.poses) {
     const Point p = place(pose.direction);
-    ++order;
-    svg.circle(p, 8.5, "pose both", fmt::format("pose {}: {}", order, angles_text(pose.direction)));
-    svg.text({p.x, p.y + 3.6}, "middle", "poseno", fmt::format("{}", order));
+    svg.circle(p, 8.5, "pose both",
+               fmt::format("point {}: {}", pose.pose, angles_text(pose.direction)));
+    svg.text({p.x, p.y + 3.6}, "middle", "poseno", fmt::format("{}", pose.pose));
   }
   return svg.finish();
 }

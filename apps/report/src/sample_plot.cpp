@@ -170,12 +170,12 @@ std::string sample_figure(const ReportData& data) {
     }
     if (i % label_every == 0) {
       svg.text({left + 0.5 * width, kResidualBottom + 15.0}, "middle", "tick",
-               fmt::format("{}", i + 1));
+               fmt::format("{}", data.poses.empty() ? static_cast<int>(i) + 1 : groups[i].pose));
     }
     left += width;
   }
   svg.text({0.5 * (kLeft + kRight), kHeight - 3.0}, "middle", "axis",
-           data.poses.empty() ? "sample" : "pose, in visiting order");
+           data.poses.empty() ? "sample" : "point, in visiting order");
   return fmt::format("<div class=\"wide\">{}</div>\n", svg.finish());
 }
 

@@ -134,10 +134,11 @@ std::string directions_section(const ReportData& data) {
         "style=\"text-align:left\">why</th></tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
         rows);
   }
-  return section("Where it was measured",
-                 "Every pose by its number in visiting order. The material is isotropic, so the "
-                 "half vector is drawn towards the right.",
-                 body);
+  return section(
+      "Where it was measured",
+      "Every point by its number, from 0 as everywhere. The material is isotropic, so the "
+      "half vector is drawn towards the right.",
+      body);
 }
 
 std::string samples_section(const ReportData& data) {

@@ -66,10 +66,11 @@ class GuardedDevices {
   /// Stops all axes where they are, arms them again and reads them back. Throws Fault when one does
   /// not stand, or what says that one dropped_off(); then nothing may move any more.
   void stand_still();
-  /// After an error that says dropped_off(): stops all, closes the shutter, and homes all axes anew
-  /// as soon as they are back, which opens their connections and asks who they are. Cameras, lamps
-  /// and monitors do that at their next call. Throws the last error once kMayBeAway has passed.
-  void come_back();
+  /// After an error that says dropped_off(): stops all, closes the shutter, calls `once_safe`, and
+  /// homes all axes anew as soon as they are back, which opens their connections and asks who they
+  /// are. Cameras, lamps and monitors do that at their next call. Throws the last error once
+  /// kMayBeAway has passed.
+  void come_back(const std::function<void()>& once_safe);
   /// What the encoders read now, once all axes stand. Does not change joints().
   rig::Joints read_joints();
   /// What they read last: by read_joints(), on arrival, or where they stopped after an error.

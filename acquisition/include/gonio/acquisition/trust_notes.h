@@ -25,7 +25,9 @@ inline constexpr const char* kBridgeNote = "bridge";
 /// The same where whites and sentinels contradict each other: what follows is not known against
 /// what was before.
 inline constexpr const char* kUnbridgedNote = "unbridged";
-/// "phase: error": a device dropped off and came back, all axes were homed anew, and what the phase
+/// "phase: error": a device dropped off and is waited for.
+inline constexpr const char* kDroppedOffNote = "dropped off";
+/// "phase: error": it came back, all axes were homed anew, and what the phase
 /// had begun is taken again.
 inline constexpr const char* kCameBackNote = "came back";
 /// The visit to the white that was under way does not count; why.
