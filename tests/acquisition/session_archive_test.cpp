@@ -21,10 +21,12 @@
 namespace gonio::acquisition {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::ThrowsMessage;
 
 devices::Frame small_frame(std::uint64_t id) {
   devices::Frame frame;
@@ -249,7 +251,9 @@ TEST_F(SessionArchive, RefusesAKeyThatStandsTwice) {
         Journal::open(folder_ / "session.sqlite").rows(table).at(0).values;
     row.back() = "another";
     Journal::reopen(other.path() / "session.sqlite").append(table, row);
-    EXPECT_THROW(SessionReader(other.path()), DataFormatError);
+    EXPECT_THAT([&] { SessionReader reader(other.path()); },
+                ThrowsMessage<DataFormatError>(AllOf(HasSubstr(std::string(table) + " row 2"),
+                                                     HasSubstr("stands there twice"))));
   }
 }
 
@@ -260,10 +264,13 @@ class Refused : public SessionArchive {
     SessionWriter writer(folder_, {{"sample_id", "s"}}, {});
     writer.append(small_record(), small_frame(1));
   }
-  void expect_refused(std::chrono::nanoseconds begins_at) {
-    EXPECT_THROW(SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)),
-                                       begins_at, {}, "by a test"),
-                 FileError);
+  void expect_refused(std::chrono::nanoseconds begins_at, const std::string& why) {
+    EXPECT_THAT(
+        [&] {
+          SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)), begins_at, {},
+                                "by a test");
+        },
+        ThrowsMessage<FileError>(HasSubstr(why)));
     EXPECT_THAT(SessionReader(folder_).notes(), IsEmpty()) << "a part was begun";
   }
 };
@@ -272,12 +279,12 @@ TEST_F(Refused, WhereTheNextFrameCannotBeWritten) {
   // Permissions are no matter to who may do all; here nobody can create a file.
   std::filesystem::rename(folder_ / "frames", temporary_.path() / "frames");
   std::filesystem::create_directory_symlink("/proc/self/fdinfo", folder_ / "frames");
-  expect_refused(std::chrono::seconds(90));
+  expect_refused(std::chrono::seconds(90), (folder_ / "frames").string());
 }
 
 TEST_F(Refused, WhereTheClockOfTheComputerIsDecadesAhead) {
   constexpr std::chrono::hours kYear{24 * 365};
-  expect_refused(30 * kYear);
+  expect_refused(30 * kYear, "begun 30 years ago");
   SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)), 28 * kYear, {},
                         "by a test");
   EXPECT_EQ(SessionReader(folder_).notes().size(), 1U);
