@@ -10,6 +10,7 @@
 #include <array>
 #include <csignal>
 #include <fstream>
+#include <functional>
 
 #include "gonio/acquisition/frame_file.h"
 #include "gonio/acquisition/resume.h"
@@ -399,6 +400,82 @@ TEST_F(SessionArchive, IsFinishedAlsoWhileSomebodyReadsIt) {
   const SessionReader after(folder_);
   EXPECT_TRUE(after.finished());
   EXPECT_EQ(after.frames().size(), 1u);
+}
+
+/// Does something once, as SQLite begins with a statement of this text on a connection of this
+/// process that was opened since: what another process may do at just that moment.
+class WhenSqliteRuns {
+ public:
+  WhenSqliteRuns(std::string text, std::function<void()> act)
+      : text_(std::move(text)), act_(std::move(act)) {
+    waiting_ = this;
+    sqlite3_auto_extension(entry());
+  }
+  ~WhenSqliteRuns() {
+    sqlite3_cancel_auto_extension(entry());
+    waiting_ = nullptr;
+    EXPECT_TRUE(done_) << text_ << " was never run";
+  }
+  WhenSqliteRuns(const WhenSqliteRuns&) = delete;
+  WhenSqliteRuns& operator=(const WhenSqliteRuns&) = delete;
+
+ private:
+  static void (*entry())() { return reinterpret_cast<void (*)()>(&watch); }
+  static int watch(sqlite3* database, char**, const sqlite3_api_routines*) {
+    return sqlite3_trace_v2(database, SQLITE_TRACE_STMT, on_statement, nullptr);
+  }
+  static int on_statement(unsigned, void*, void*, void* sql) {
+    if (waiting_ != nullptr) waiting_->begins(static_cast<const char*>(sql));
+    return 0;
+  }
+  void begins(const std::string& sql) {
+    if (done_ || sql.find(text_) == std::string::npos) return;
+    done_ = true;
+    EXPECT_NO_THROW(act_());
+  }
+
+  static inline WhenSqliteRuns* waiting_ = nullptr;
+  std::string text_;
+  std::function<void()> act_;
+  bool done_ = false;
+};
+
+TEST_F(SessionArchive, IsReadAsItWasAtOneInstantThoughItGoesOnAndFinishesMeanwhile) {
+  PointRecord point;
+  point.outcome = PointOutcome::Measured;
+  for (const std::string table : {"frames", "points", "notes", "finished"}) {
+    SCOPED_TRACE(table);
+    SessionWriter writer(folder_, {}, {});
+    writer.append(small_record(), small_frame(1));
+    {
+      const WhenSqliteRuns meanwhile("checksum FROM " + table, [&] {
+        FrameRecord next = small_record();
+        next.point = point.point = 4;
+        writer.append(next, small_frame(2));
+        writer.append(point);
+        writer.note(std::chrono::seconds(5), "warning", "lamp is cold");
+        writer.finish(std::chrono::seconds(9));
+      });
+      const SessionReader reader(folder_);
+      EXPECT_EQ(reader.frames().size(), 1U);
+      EXPECT_THAT(reader.points(), IsEmpty());
+      EXPECT_THAT(reader.notes(), IsEmpty());
+      EXPECT_FALSE(reader.finished());
+      EXPECT_THAT(reader.damage(), IsEmpty());
+    }
+    const SessionReader after(folder_);
+    EXPECT_EQ(after.frames().size(), 2U);
+    EXPECT_TRUE(after.finished());
+    EXPECT_THAT(after.damage(), IsEmpty());
+    std::filesystem::remove_all(folder_);
+  }
+}
+
+TEST_F(SessionArchive, DoesNotHoldItsJournalWhileItLooksAtFrames) {
+  write_two_frames();
+  const WhenSqliteRuns let_go("COMMIT",
+                              [&] { std::filesystem::remove(folder_ / "frames/000001.tiff"); });
+  EXPECT_THAT(SessionReader(folder_).damage(), ElementsAre(HasSubstr("000001.tiff is missing")));
 }
 
 TEST_F(SessionArchive, RefusesWhatIsNoJournal) {

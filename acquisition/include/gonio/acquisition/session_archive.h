@@ -145,7 +145,8 @@ struct SessionNote {
 };
 
 /// Reads an archive, also that of a killed run: rows whose checksum fails or whose frame file is
-/// missing or altered are left out, and they and missing rows are reported in `damage`.
+/// missing or altered are left out, and they and missing rows are reported in `damage`. Of a
+/// session that is being written to: as it was at one instant.
 class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& folder);
@@ -180,6 +181,10 @@ class SessionReader {
   devices::Frame read_frame(const FrameRecord& record) const;
 
  private:
+  /// All tables at one instant; returns the number of the last frame's row, 0 without one.
+  std::int64_t read_rows();
+  void leave_out_faulty_frames();
+
   std::filesystem::path folder_;
   SessionMetadata metadata_;
   std::map<std::string, std::string> configuration_;
