@@ -119,11 +119,15 @@ SessionWriter SessionWriter::resume(const std::filesystem::path& folder, files::
 SessionWriter::~SessionWriter() = default;
 SessionWriter::SessionWriter(SessionWriter&& other) noexcept = default;
 
-FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& frame) {
-  // Rows go to the file that is open; frames go by name, and would go to another session.
+void SessionWriter::require_in_place() const {
   if (!files::names_open_file(session_lock(state_->folder), state_->lock.descriptor())) {
     throw FolderMoved(state_->folder);
   }
+}
+
+FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& frame) {
+  // Rows go to the file that is open; frames go by name, and would go to another session.
+  require_in_place();
   record.id = state_->next_frame;
   record.file = frame_file_name(record.id);
   record.exposure = frame.exposure;

@@ -116,6 +116,9 @@ class SessionWriter {
   void finish(std::chrono::nanoseconds at);
 
   const std::filesystem::path& folder() const;
+  /// Throws FolderMoved when what stands at folder() is no longer what is written to: what was read
+  /// there by its name may be another session's.
+  void require_in_place() const;
 
   /// Tells of every frame, point and note from here on. Not owned, must outlive the writer; null:
   /// nobody.
