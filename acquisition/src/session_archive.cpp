@@ -18,8 +18,6 @@ namespace gonio::acquisition {
 namespace {
 
 constexpr const char* kJournalName = "session.sqlite";
-/// A part that begins later could come to times that no reader takes.
-constexpr std::chrono::nanoseconds kLatestPart = kLongestSession - std::chrono::hours(24 * 365);
 constexpr std::string_view kFrames = "frames";  ///< the table
 /// Whose rows the end of a session counts.
 constexpr std::array<std::string_view, 5> kCounted{"metadata", "configuration", kFrames, "points",

@@ -64,6 +64,10 @@ struct PointRecord {
 /// Everything known before the first frame. Values are text so that any reader can show them.
 using SessionMetadata = std::map<std::string, std::string>;
 
+/// By the session's clock: when a part may begin at the latest. One that begins later could come to
+/// times that no reader takes.
+inline constexpr std::chrono::nanoseconds kLatestPart = std::chrono::hours(24 * 365 * 29);
+
 class ArchiveObserver;
 
 /// The folder of a session was moved, replaced or deleted while it was written to. What was
@@ -94,7 +98,8 @@ class SessionWriter {
   /// Notes of kind "cut back" name them. A note of kind "resumed"
   /// with `text` begins the new part at `begins_at`, which becomes the session's time of `now`,
   /// device clock. `lock` is that of session_lock(), taken before the archive was read. Throws
-  /// std::logic_error for a finished session.
+  /// std::logic_error for a finished session, FileError before anything is written for a part that
+  /// would begin after kLatestPart or has no place for its frames.
   static SessionWriter resume(const std::filesystem::path& folder, files::ProcessLock lock,
                               std::chrono::nanoseconds begins_at, std::chrono::nanoseconds now,
                               const std::string& text);
