@@ -21,7 +21,8 @@
 namespace gonio::acquisition {
 
 /// No time of a session is later, with all that its parts waited for each other: thirty years.
-inline constexpr std::chrono::nanoseconds kLongestSession = std::chrono::hours(24 * 365 * 30);
+inline constexpr std::chrono::nanoseconds kLongestSession =
+    kLatestPart + std::chrono::hours(24 * 365);
 
 /// Reads the values of one row in order; anything that is no number becomes a DataFormatError.
 class RowFields {

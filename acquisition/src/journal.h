@@ -34,7 +34,9 @@ class Journal {
   /// Opens a journal of create() to add to it, with the checks of open().
   static Journal reopen(const std::filesystem::path& path);
 
-  /// Rows that belong together: all of them, or after a kill none, are there.
+  /// Rows that belong together: all of them, or after a kill none, are there. Who only reads sees
+  /// one state of all tables from the first that it reads until commit(), whatever is added
+  /// meanwhile.
   void begin() { run("BEGIN;"); }
   void commit() { run("COMMIT;"); }
   void roll_back() { run("ROLLBACK;"); }

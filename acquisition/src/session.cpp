@@ -188,10 +188,23 @@ class Session {
         return why_not_behind(instrument_.rig, points_.plan(), point);
       };
       const std::optional<Decision> decision =
-          steering_->decide({points_.plan(), points_.done(), left, refusal});
+          decided({points_.plan(), points_.done(), left, refusal});
       if (!decision) return;
       apply(*decision, left, refusal);
     }
+  }
+
+  /// By this session's own archive: a decision is for good, and steering finds it by its name.
+  std::optional<Decision> decided(const SessionSoFar& now) {
+    std::optional<Decision> decision;
+    try {
+      decision = steering_->decide(now);
+    } catch (const std::exception&) {
+      archive_.require_in_place();  // else that is why
+      throw;
+    }
+    archive_.require_in_place();
+    return decision;
   }
 
   /// Nothing of a decision is done before its note is safe.

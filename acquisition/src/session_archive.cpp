@@ -18,8 +18,6 @@ namespace gonio::acquisition {
 namespace {
 
 constexpr const char* kJournalName = "session.sqlite";
-/// A part that begins later could come to times that no reader takes.
-constexpr std::chrono::nanoseconds kLatestPart = kLongestSession - std::chrono::hours(24 * 365);
 constexpr std::string_view kFrames = "frames";  ///< the table
 /// Whose rows the end of a session counts.
 constexpr std::array<std::string_view, 5> kCounted{"metadata", "configuration", kFrames, "points",
@@ -119,11 +117,15 @@ SessionWriter SessionWriter::resume(const std::filesystem::path& folder, files::
 SessionWriter::~SessionWriter() = default;
 SessionWriter::SessionWriter(SessionWriter&& other) noexcept = default;
 
-FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& frame) {
-  // Rows go to the file that is open; frames go by name, and would go to another session.
+void SessionWriter::require_in_place() const {
   if (!files::names_open_file(session_lock(state_->folder), state_->lock.descriptor())) {
     throw FolderMoved(state_->folder);
   }
+}
+
+FrameRecord SessionWriter::append(FrameRecord record, const devices::Frame& frame) {
+  // Rows go to the file that is open; frames go by name, and would go to another session.
+  require_in_place();
   record.id = state_->next_frame;
   record.file = frame_file_name(record.id);
   record.exposure = frame.exposure;
@@ -198,10 +200,26 @@ const std::filesystem::path& SessionWriter::folder() const { return state_->fold
 void SessionWriter::observe(ArchiveObserver* observer) { state_->observer = observer; }
 
 SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(folder) {
-  const std::filesystem::path path = folder / kJournalName;
   // Before the rows: a session that goes on meanwhile adds files first.
   const std::vector<std::int64_t> files = numbers_of_frame_files(folder);
-  const Journal journal = Journal::open(path);
+  const std::int64_t last_frame = read_rows();
+  // Behind them: as long as that takes, the journal must not be held.
+  leave_out_faulty_frames();
+  const std::vector<std::int64_t> left = without_rows(files, last_frame);
+  lost_rows_ = left.size() > 1;
+  if (lost_rows_) {
+    damage_.push_back(fmt::format(
+        "frames {} to {} have files and no rows: the journal has lost its end, and with it what "
+        "was measured since frame {}",
+        left.front(), left.back(), last_frame));
+  }
+}
+
+std::int64_t SessionReader::read_rows() {
+  const std::filesystem::path path = folder_ / kJournalName;
+  Journal journal = Journal::open(path);
+  // All tables as they are at one instant of a session that goes on, and may finish, meanwhile.
+  journal.begin();
   const auto each_intact = [&](std::string_view table, auto&& read) {
     std::int64_t expected = 1;
     for (const Journal::Row& row : journal.rows(table)) {
@@ -230,15 +248,8 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
   each_intact("metadata", keep_once(metadata_));
   each_intact("configuration", keep_once(configuration_));
   each_intact(kFrames, [&](RowFields& fields, const Journal::Row& row) {
-    FrameRecord record = frame_record(fields, row.number);
-    shapes_[record.id] = shape_of(fields);
-    const std::string fault = fault_of(folder_ / record.file, record.sha256, shapes_[record.id]);
-    if (!fault.empty()) {
-      damage_.push_back(fmt::format("frame {}: {} {}, left out", record.id, record.file, fault));
-      lost_frames_.push_back({record.id, record.id, record.point});
-      return;
-    }
-    frames_.push_back(std::move(record));
+    frames_.push_back(frame_record(fields, row.number));
+    shapes_[row.number] = shape_of(fields);
   });
   each_intact("points", [&](RowFields& fields, const Journal::Row&) {
     points_.push_back(point_record(fields));
@@ -262,14 +273,23 @@ SessionReader::SessionReader(const std::filesystem::path& folder) : folder_(fold
                                     kCounted[i], found, counts[i]));
     }
   });
-  const std::vector<std::int64_t> left = without_rows(files, journal.last_number(kFrames));
-  lost_rows_ = left.size() > 1;
-  if (lost_rows_) {
-    damage_.push_back(fmt::format(
-        "frames {} to {} have files and no rows: the journal has lost its end, and with it what "
-        "was measured since frame {}",
-        left.front(), left.back(), journal.last_number(kFrames)));
+  const std::int64_t last_frame = journal.last_number(kFrames);
+  journal.commit();
+  return last_frame;
+}
+
+void SessionReader::leave_out_faulty_frames() {
+  std::vector<FrameRecord> whole;
+  for (FrameRecord& record : frames_) {
+    const std::string fault = fault_of(folder_ / record.file, record.sha256, shapes_.at(record.id));
+    if (fault.empty()) {
+      whole.push_back(std::move(record));
+      continue;
+    }
+    damage_.push_back(fmt::format("frame {}: {} {}, left out", record.id, record.file, fault));
+    lost_frames_.push_back({record.id, record.id, record.point});
   }
+  frames_ = std::move(whole);
 }
 
 SessionReader SessionReader::before_note(std::size_t index) const {

@@ -10,6 +10,7 @@
 #include <array>
 #include <csignal>
 #include <fstream>
+#include <functional>
 
 #include "gonio/acquisition/frame_file.h"
 #include "gonio/acquisition/resume.h"
@@ -21,10 +22,12 @@
 namespace gonio::acquisition {
 namespace {
 
+using testing::AllOf;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::ThrowsMessage;
 
 devices::Frame small_frame(std::uint64_t id) {
   devices::Frame frame;
@@ -249,7 +252,9 @@ TEST_F(SessionArchive, RefusesAKeyThatStandsTwice) {
         Journal::open(folder_ / "session.sqlite").rows(table).at(0).values;
     row.back() = "another";
     Journal::reopen(other.path() / "session.sqlite").append(table, row);
-    EXPECT_THROW(SessionReader(other.path()), DataFormatError);
+    EXPECT_THAT([&] { SessionReader reader(other.path()); },
+                ThrowsMessage<DataFormatError>(AllOf(HasSubstr(std::string(table) + " row 2"),
+                                                     HasSubstr("stands there twice"))));
   }
 }
 
@@ -260,10 +265,13 @@ class Refused : public SessionArchive {
     SessionWriter writer(folder_, {{"sample_id", "s"}}, {});
     writer.append(small_record(), small_frame(1));
   }
-  void expect_refused(std::chrono::nanoseconds begins_at) {
-    EXPECT_THROW(SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)),
-                                       begins_at, {}, "by a test"),
-                 FileError);
+  void expect_refused(std::chrono::nanoseconds begins_at, const std::string& why) {
+    EXPECT_THAT(
+        [&] {
+          SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)), begins_at, {},
+                                "by a test");
+        },
+        ThrowsMessage<FileError>(HasSubstr(why)));
     EXPECT_THAT(SessionReader(folder_).notes(), IsEmpty()) << "a part was begun";
   }
 };
@@ -272,12 +280,12 @@ TEST_F(Refused, WhereTheNextFrameCannotBeWritten) {
   // Permissions are no matter to who may do all; here nobody can create a file.
   std::filesystem::rename(folder_ / "frames", temporary_.path() / "frames");
   std::filesystem::create_directory_symlink("/proc/self/fdinfo", folder_ / "frames");
-  expect_refused(std::chrono::seconds(90));
+  expect_refused(std::chrono::seconds(90), (folder_ / "frames").string());
 }
 
 TEST_F(Refused, WhereTheClockOfTheComputerIsDecadesAhead) {
   constexpr std::chrono::hours kYear{24 * 365};
-  expect_refused(30 * kYear);
+  expect_refused(30 * kYear, "begun 30 years ago");
   SessionWriter::resume(folder_, files::ProcessLock(session_lock(folder_)), 28 * kYear, {},
                         "by a test");
   EXPECT_EQ(SessionReader(folder_).notes().size(), 1U);
@@ -392,6 +400,82 @@ TEST_F(SessionArchive, IsFinishedAlsoWhileSomebodyReadsIt) {
   const SessionReader after(folder_);
   EXPECT_TRUE(after.finished());
   EXPECT_EQ(after.frames().size(), 1u);
+}
+
+/// Does something once, as SQLite begins with a statement of this text on a connection of this
+/// process that was opened since: what another process may do at just that moment.
+class WhenSqliteRuns {
+ public:
+  WhenSqliteRuns(std::string text, std::function<void()> act)
+      : text_(std::move(text)), act_(std::move(act)) {
+    waiting_ = this;
+    sqlite3_auto_extension(entry());
+  }
+  ~WhenSqliteRuns() {
+    sqlite3_cancel_auto_extension(entry());
+    waiting_ = nullptr;
+    EXPECT_TRUE(done_) << text_ << " was never run";
+  }
+  WhenSqliteRuns(const WhenSqliteRuns&) = delete;
+  WhenSqliteRuns& operator=(const WhenSqliteRuns&) = delete;
+
+ private:
+  static void (*entry())() { return reinterpret_cast<void (*)()>(&watch); }
+  static int watch(sqlite3* database, char**, const sqlite3_api_routines*) {
+    return sqlite3_trace_v2(database, SQLITE_TRACE_STMT, on_statement, nullptr);
+  }
+  static int on_statement(unsigned, void*, void*, void* sql) {
+    if (waiting_ != nullptr) waiting_->begins(static_cast<const char*>(sql));
+    return 0;
+  }
+  void begins(const std::string& sql) {
+    if (done_ || sql.find(text_) == std::string::npos) return;
+    done_ = true;
+    EXPECT_NO_THROW(act_());
+  }
+
+  static inline WhenSqliteRuns* waiting_ = nullptr;
+  std::string text_;
+  std::function<void()> act_;
+  bool done_ = false;
+};
+
+TEST_F(SessionArchive, IsReadAsItWasAtOneInstantThoughItGoesOnAndFinishesMeanwhile) {
+  PointRecord point;
+  point.outcome = PointOutcome::Measured;
+  for (const std::string table : {"frames", "points", "notes", "finished"}) {
+    SCOPED_TRACE(table);
+    SessionWriter writer(folder_, {}, {});
+    writer.append(small_record(), small_frame(1));
+    {
+      const WhenSqliteRuns meanwhile("checksum FROM " + table, [&] {
+        FrameRecord next = small_record();
+        next.point = point.point = 4;
+        writer.append(next, small_frame(2));
+        writer.append(point);
+        writer.note(std::chrono::seconds(5), "warning", "lamp is cold");
+        writer.finish(std::chrono::seconds(9));
+      });
+      const SessionReader reader(folder_);
+      EXPECT_EQ(reader.frames().size(), 1U);
+      EXPECT_THAT(reader.points(), IsEmpty());
+      EXPECT_THAT(reader.notes(), IsEmpty());
+      EXPECT_FALSE(reader.finished());
+      EXPECT_THAT(reader.damage(), IsEmpty());
+    }
+    const SessionReader after(folder_);
+    EXPECT_EQ(after.frames().size(), 2U);
+    EXPECT_TRUE(after.finished());
+    EXPECT_THAT(after.damage(), IsEmpty());
+    std::filesystem::remove_all(folder_);
+  }
+}
+
+TEST_F(SessionArchive, DoesNotHoldItsJournalWhileItLooksAtFrames) {
+  write_two_frames();
+  const WhenSqliteRuns let_go("COMMIT",
+                              [&] { std::filesystem::remove(folder_ / "frames/000001.tiff"); });
+  EXPECT_THAT(SessionReader(folder_).damage(), ElementsAre(HasSubstr("000001.tiff is missing")));
 }
 
 TEST_F(SessionArchive, RefusesWhatIsNoJournal) {

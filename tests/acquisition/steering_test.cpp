@@ -3,8 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <functional>
+
 #include "fake_rig.h"
 #include "gonio/acquisition/resume.h"
+#include "gonio/errors/errors.h"
 #include "temporary_folder.h"
 
 namespace gonio::acquisition {
@@ -56,9 +59,10 @@ class SteeredSession : public testing::Test {
     }
     return std::nullopt;
   }
-  std::vector<int> measured() const {
+  std::vector<int> measured() const { return measured(folder_); }
+  static std::vector<int> measured(const std::filesystem::path& folder) {
     std::vector<int> points;
-    const SessionReader archive(folder_);
+    const SessionReader archive(folder);
     for (const PointRecord& record : archive.points()) {
       if (record.outcome == PointOutcome::Measured) points.push_back(record.point);
     }
@@ -173,6 +177,42 @@ TEST_F(SteeredSession, TellsWhyAPoseCannotBeAndMovesNothingForOneThatIsDecidedAl
   }
   EXPECT_EQ(moves_after, moves);
   EXPECT_THAT(decisions(SessionReader(folder_)), IsEmpty());
+}
+
+TEST_F(SteeredSession, TakesNoDecisionFromAFolderThatWasMovedOrReplacedMeanwhile) {
+  const std::filesystem::path away = temporary_.path() / "away";
+  const auto enough = [](const SessionSoFar& now) {
+    return Decision{Decision::Kind::enough, "enough", {}, now.left, {}};
+  };
+  const auto unreadable = [&](const SessionSoFar&) -> Decision {
+    throw FileError(folder_, "open", "there is no session journal");
+  };
+  const auto another = [&](const SessionSoFar& now) {
+    SessionWriter(folder_, {}, {});
+    return enough(now);
+  };
+  const std::vector<std::function<Decision(const SessionSoFar&)>> answers{enough, unreadable,
+                                                                          another};
+  for (const auto& answer : answers) {
+    SCOPED_TRACE(&answer - answers.data());
+    steering_.answer = [&](const SessionSoFar& now) -> std::optional<Decision> {
+      if (now.done.empty()) return std::nullopt;
+      std::filesystem::rename(folder_, away);
+      return answer(now);
+    };
+    EXPECT_THROW(run(), FolderMoved);
+    EXPECT_THAT(measured(away), ElementsAre(0));
+    EXPECT_THAT(decisions(SessionReader(away)), IsEmpty());
+    std::filesystem::remove_all(away);
+    std::filesystem::remove_all(folder_);
+  }
+}
+
+TEST_F(SteeredSession, EndsByWhatItsSteeringThrows) {
+  steering_.answer = [&](const SessionSoFar&) -> std::optional<Decision> {
+    throw FileError(folder_, "open", "no memory is left");
+  };
+  EXPECT_THAT([&] { run(); }, ThrowsMessage<FileError>(HasSubstr("no memory is left")));
 }
 
 TEST_F(SteeredSession, GoesOnInTheMiddleOfAddedPointsToTheSamePlaces) {

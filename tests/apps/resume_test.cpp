@@ -285,5 +285,25 @@ TEST_F(Resume, RefusesWhatItCannotGoOnWith) {
   EXPECT_EQ(run_gonio({"resume", "empty"}, folder.path()).exit_code, 2);
 }
 
+TEST_F(Resume, RefusesAClockThatIsDecadesAheadBeforeAnythingIsOpened) {
+  run(measure("rig.toml", "whole"));
+  const acquisition::SessionReader whole(folder.path() / "whole");
+  // Begun so long ago as by a clock that is wrong now, with a calibration that it makes too old.
+  for (const std::string year : {"1990", "1601"}) {
+    SCOPED_TRACE(year);
+    acquisition::SessionMetadata metadata = whole.metadata();
+    metadata["driver"] = "hardware";
+    metadata["radiometric_scale"] = "si";
+    metadata["provenance_started_utc"] = year + "-01-02T03:04:05Z";
+    metadata["calibration_valid_until_utc"] = year + "-06-02T03:04:05Z";
+    acquisition::SessionWriter(folder.path() / year, metadata, whole.configuration());
+    EXPECT_THAT(run({"resume", year}, 2).error,
+                AllOf(HasSubstr("was begun more than 29 years ago by its journal, or by the clock"),
+                      HasSubstr("set the clock of this computer"),
+                      testing::Not(HasSubstr("to measure, about"))));
+    EXPECT_TRUE(acquisition::SessionReader(folder.path() / year).notes().empty());
+  }
+}
+
 }  // namespace
 }  // namespace gonio

@@ -1,6 +1,8 @@
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 
@@ -41,9 +43,26 @@ std::chrono::nanoseconds outage_until_now(const acquisition::SessionReader& arch
     throw DataFormatError(archive.folder(), "metadata provenance_started_utc",
                           fmt::format("found {:?}, expected a time", text));
   }
-  const std::chrono::seconds whole(std::time(nullptr) - ::timegm(&started));
-  // A clock that was set back must not set the session's back.
-  return std::max(std::chrono::nanoseconds(0), whole - last_time);
+  using std::chrono::nanoseconds;
+  using std::chrono::seconds;
+  // A clock that was set back must not set the session's back; of centuries, which are no number of
+  // nanoseconds any more, it matters alone that they are too long.
+  const seconds whole =
+      std::clamp(seconds(std::time(nullptr) - ::timegm(&started)), seconds(0),
+                 std::chrono::ceil<seconds>(acquisition::kLatestPart) + seconds(1));
+  return std::max(nanoseconds(0), whole - last_time);
+}
+
+/// As SessionWriter::resume() would once devices are open.
+void require_believable(const acquisition::SessionReader& archive,
+                        std::chrono::nanoseconds begins_at) {
+  if (begins_at <= acquisition::kLatestPart) return;
+  throw UsageError(
+      fmt::format("{}: was begun more than {} years ago by its journal, or by the clock of this "
+                  "computer, which says {:%F}",
+                  archive.folder().string(),
+                  acquisition::kLatestPart / std::chrono::hours(24 * 365), now_utc()),
+      "set the clock of this computer, then resume it");
 }
 
 void tell_what_is_left(const Console& console, const acquisition::SessionReader& archive,
@@ -93,7 +112,6 @@ int resume(Context& context, const ResumeOptions& options) {
     context.console.say(options.session + ": is finished, there is nothing left to measure");
     return kSuccess;
   }
-  std::string despite = require_fresh(stored.archive, options.accept_old);
   SessionSetup session = stored_setup(stored);
   set_stored_sample(stored.archive, session);
   session.loop = stored_loop(stored.archive, session.material.scale, options.watching.basis);
@@ -111,6 +129,9 @@ int resume(Context& context, const ResumeOptions& options) {
   const auto outage = session.simulated ? std::chrono::duration_cast<std::chrono::nanoseconds>(
                                               std::chrono::duration<double>(options.outage_s))
                                         : outage_until_now(stored.archive, state.may_begin_at);
+  // First: by a clock that is decades ahead everything is too old.
+  require_believable(stored.archive, state.may_begin_at + outage);
+  std::string despite = require_fresh(stored.archive, options.accept_old);
   tell_what_is_left(context.console, stored.archive, state, session.plan.points.size());
   MonitorOptions watching = options.watching;
   if (session.loop && !watching.port) watching.basis.clear();  // it is the loop's alone

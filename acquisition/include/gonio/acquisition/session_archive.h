@@ -64,6 +64,10 @@ struct PointRecord {
 /// Everything known before the first frame. Values are text so that any reader can show them.
 using SessionMetadata = std::map<std::string, std::string>;
 
+/// By the session's clock: when a part may begin at the latest. One that begins later could come to
+/// times that no reader takes.
+inline constexpr std::chrono::nanoseconds kLatestPart = std::chrono::hours(24 * 365 * 29);
+
 class ArchiveObserver;
 
 /// The folder of a session was moved, replaced or deleted while it was written to. What was
@@ -94,7 +98,8 @@ class SessionWriter {
   /// Notes of kind "cut back" name them. A note of kind "resumed"
   /// with `text` begins the new part at `begins_at`, which becomes the session's time of `now`,
   /// device clock. `lock` is that of session_lock(), taken before the archive was read. Throws
-  /// std::logic_error for a finished session.
+  /// std::logic_error for a finished session, FileError before anything is written for a part that
+  /// would begin after kLatestPart or has no place for its frames.
   static SessionWriter resume(const std::filesystem::path& folder, files::ProcessLock lock,
                               std::chrono::nanoseconds begins_at, std::chrono::nanoseconds now,
                               const std::string& text);
@@ -116,6 +121,9 @@ class SessionWriter {
   void finish(std::chrono::nanoseconds at);
 
   const std::filesystem::path& folder() const;
+  /// Throws FolderMoved when what stands at folder() is no longer what is written to: what was read
+  /// there by its name may be another session's.
+  void require_in_place() const;
 
   /// Tells of every frame, point and note from here on. Not owned, must outlive the writer; null:
   /// nobody.
@@ -145,7 +153,8 @@ struct SessionNote {
 };
 
 /// Reads an archive, also that of a killed run: rows whose checksum fails or whose frame file is
-/// missing or altered are left out, and they and missing rows are reported in `damage`.
+/// missing or altered are left out, and they and missing rows are reported in `damage`. Of a
+/// session that is being written to: as it was at one instant.
 class SessionReader {
  public:
   explicit SessionReader(const std::filesystem::path& folder);
@@ -180,6 +189,10 @@ class SessionReader {
   devices::Frame read_frame(const FrameRecord& record) const;
 
  private:
+  /// All tables at one instant; returns the number of the last frame's row, 0 without one.
+  std::int64_t read_rows();
+  void leave_out_faulty_frames();
+
   std::filesystem::path folder_;
   SessionMetadata metadata_;
   std::map<std::string, std::string> configuration_;

@@ -32,7 +32,8 @@ struct SessionSoFar {
 /// its decisions included, and from nothing else.
 ///
 /// Threads  Asked on the session's thread, which waits.
-/// Errors   What it throws ends the session, which then can be resumed.
+/// Errors   What it throws ends the session, which then can be resumed. FolderMoved does in its
+///          place, and in that of an answer, when the archive's folder was moved or replaced.
 class Steering {
  public:
   virtual ~Steering() = default;
