@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <system_error>
 
 #include "gonio/acquisition/session_archive.h"
@@ -21,12 +22,13 @@ constexpr std::uint64_t kBytesPerFrame = 8192;
 /// Configuration, notes, points, and the write-ahead log at its largest.
 constexpr std::uint64_t kBytesPerSession = 16U << 20U;
 
-std::string size_text(std::uint64_t bytes) {
+/// What is needed upwards, what there is downwards: then the figures say what is too little.
+std::string size_text(std::uint64_t bytes, double (*rounded)(double)) {
   const auto size = static_cast<double>(bytes);
-  constexpr double kMega = 1e6;
+  constexpr double kTenth = 1e5;
   constexpr double kGiga = 1e9;
-  return size < kGiga ? fmt::format("{:.0f} MB", size / kMega)
-                      : fmt::format("{:.1f} GB", size / kGiga);
+  return size < kGiga ? fmt::format("{:.1f} MB", rounded(size / kTenth) / 10.0)
+                      : fmt::format("{:.1f} GB", rounded(10.0 * size / kGiga) / 10.0);
 }
 
 }  // namespace
@@ -53,9 +55,9 @@ DiskUse disk_use(const devices::CameraInfo& camera, int frames, int frames_high,
 }
 
 Check check_disk(const DiskUse& use, const std::filesystem::path& folder) {
-  const std::string figures =
-      fmt::format("{} needed, {} at most, {} free", size_text(use.needed_bytes),
-                  size_text(use.needed_high_bytes), size_text(use.free_bytes));
+  const std::string figures = fmt::format(
+      "{} needed, {} at most, {} free", size_text(use.needed_bytes, std::ceil),
+      size_text(use.needed_high_bytes, std::ceil), size_text(use.free_bytes, std::floor));
   if (use.free_bytes < use.needed_bytes) {
     return {"disk", CheckResult::refuse,
             fmt::format("{}: too little disk: {}; make room or choose another folder",

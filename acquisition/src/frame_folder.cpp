@@ -70,7 +70,12 @@ std::vector<std::string> cut_back(const std::filesystem::path& folder, std::int6
 
 std::string fault_of(const std::filesystem::path& path, const std::string& sha256,
                      const devices::Frame& shape) {
-  if (!std::filesystem::is_regular_file(path)) return "is missing";
+  if (!std::filesystem::is_regular_file(path)) {
+    std::error_code none;
+    return std::filesystem::exists(std::filesystem::symlink_status(path, none))
+               ? "is no regular file"
+               : "is missing";
+  }
   const std::uintmax_t pixel_bytes =
       sizeof(std::uint16_t) * std::uintmax_t(shape.width_px) * std::uintmax_t(shape.height_px);
   const std::uintmax_t size = std::filesystem::file_size(path);

@@ -25,7 +25,7 @@ double read_variance_dn2(const instrument::SensorModel& sensor) {
 
 }  // namespace
 
-void check_sizes(const SessionReader& archive, const instrument::Instrument& instrument) {
+void require_of_instrument(const SessionReader& archive, const instrument::Instrument& instrument) {
   const instrument::CameraModel& camera = instrument.camera;
   for (const FrameRecord& record : archive.frames()) {
     const auto [width, height] = archive.frame_size(record);
@@ -152,6 +152,7 @@ ColourLayout::ColourLayout(const SessionReader& archive, const std::filesystem::
   for (const FrameRecord& record : archive.frames()) {
     if (!record.channel.empty()) names.insert(record.channel);
   }
+  if (names.empty()) throw NothingToReduce(place, "frames", "found none with the lamp on");
   channels_.assign(names.begin(), names.end());
   if (channels_.size() == 1) return;  // every colour comes from channel 0
   constexpr std::array<const char*, 3> kColours{"R", "G", "B"};

@@ -30,9 +30,6 @@ struct MeanDark {
   int frames = 0;
 };
 
-/// Every frame must be of the instrument's camera and every pose of its rig, else DataFormatError.
-void check_sizes(const SessionReader& archive, const instrument::Instrument& instrument);
-
 /// That of each part of the session (SessionParts). In a part without dark frames that of all
 /// parts; the sensor's black level when there is none at all.
 std::vector<MeanDark> mean_darks(const SessionReader& archive, const SessionParts& parts,

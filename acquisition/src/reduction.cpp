@@ -222,7 +222,7 @@ Reduction reduce(const SessionReader& archive, const instrument::Instrument& ins
   reduction.samples.scale = brdf::RadiometricScale::si;
   reduction.warnings = archive.damage();
   const std::filesystem::path place = archive.folder();
-  check_sizes(archive, instrument);
+  require_of_instrument(archive, instrument);
   const ColourLayout colours(archive, place);
   const SessionParts parts(archive);
   const std::vector<MeanDark> darks = mean_darks(archive, parts, instrument);

@@ -262,8 +262,7 @@ std::int64_t SessionReader::read_rows() {
     notes_.push_back(std::move(note));
   });
   each_intact("finished", [&](RowFields& fields, const Journal::Row&) {
-    finished_ = true;
-    fields.nanoseconds();
+    finished_at_ = fields.nanoseconds();
     if (!journal.counts_its_rows()) return;
     const std::vector<std::int64_t> counts = fields.counts(kCounted.size());
     for (std::size_t i = 0; i < kCounted.size(); ++i) {
@@ -300,7 +299,7 @@ SessionReader SessionReader::before_note(std::size_t index) const {
     return frame.exposure_start + frame.exposure > at;
   });
   std::erase_if(earlier.points_, [&](const PointRecord& point) { return point.finished_at > at; });
-  earlier.finished_ = false;
+  earlier.finished_at_.reset();
   return earlier;
 }
 

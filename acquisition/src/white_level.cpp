@@ -231,7 +231,7 @@ std::vector<PartBridge> bridges(const SessionReader& archive,
                                 const ReductionOptions& options) {
   const SessionParts parts(archive);
   if (parts.count() < 2) return {};
-  check_sizes(archive, instrument);
+  require_of_instrument(archive, instrument);
   return white_level(archive, instrument, options, ColourLayout(archive, archive.folder()), parts,
                      mean_darks(archive, parts, instrument), monitored_channels(archive))
       .bridges;

@@ -233,8 +233,8 @@ TEST_F(Resume, PausesAfterThePointAtTheFirstInterrupt) {
 
 TEST_F(Resume, StopsAtOnceAtTheSecondInterruptOrWhenTerminated) {
   folder.write("slow.toml", kSteady + "time_scale = 2.0\n");
-  for (const int signal : {SIGINT, SIGTERM}) {
-    const std::string session = signal == SIGINT ? "twice" : "terminated";
+  for (const int signal : {SIGINT, SIGTERM, SIGQUIT}) {
+    const std::string session = "signal" + std::to_string(signal);
     GonioProcess measuring(measure("slow.toml", session), folder.path());
     ASSERT_TRUE(measuring.wait_for("home"));
     measuring.send(signal);

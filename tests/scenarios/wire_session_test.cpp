@@ -146,6 +146,8 @@ TEST_F(OnTheWire, AKilledProgramLeavesAClosedShutter) {
   folder_.write("kill.sh", std::string("gonio=\"") + GONIO_PROGRAM + R"("
 "$gonio" shutter rig.toml open --channel G 2>log &
 until grep -q "G is lit" log; do kill -0 $! || exit 9; done
+kill -TSTP $!  # Ctrl-Z: an open shutter is not left alone
+grep -q "^State:.T" /proc/$!/status && exit 8
 kill -KILL $!
 )" + kAfterTheKill);
   const Ended ended = in_the_machine("kill.sh");

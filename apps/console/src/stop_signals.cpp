@@ -36,6 +36,7 @@ void handle(int signal, void (*handler)(int), Times times) {
 void handle_all(void (*handler)(int)) {
   handle(SIGINT, handler, Times::once);
   handle(SIGTERM, handler, Times::once);
+  handle(SIGQUIT, handler, Times::once);
   handle(SIGHUP, handler, Times::once);  // a terminal or connection that closes
 }
 

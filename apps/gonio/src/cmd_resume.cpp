@@ -112,6 +112,7 @@ int resume(Context& context, const ResumeOptions& options) {
     context.console.say(options.session + ": is finished, there is nothing left to measure");
     return kSuccess;
   }
+  acquisition::require_of_instrument(stored.archive, stored.instrument);
   SessionSetup session = stored_setup(stored);
   set_stored_sample(stored.archive, session);
   session.loop = stored_loop(stored.archive, session.material.scale, options.watching.basis);

@@ -221,6 +221,9 @@ int status(Context& context, const StatusOptions& options) {
         {"frames", frames},
         {"damage", archive.damage()},
         {"metadata", archive.metadata()},
+        {"duration_s", archive.finished()
+                           ? nlohmann::ordered_json(devices::to_seconds(*archive.finished_at()))
+                           : nlohmann::ordered_json()},
         {"suspects", suspect_list(suspects)},
         {"bridges", bridge_texts(archive)},
         {"home_delta", last_note(archive, acquisition::kHomeDeltaNote)},
@@ -240,6 +243,10 @@ int status(Context& context, const StatusOptions& options) {
                         count_of(changed.dropped, "left out by decisions"));
     if (const std::string latest = latest_text(archive); !latest.empty()) {
       text += fmt::format("latest           {}\n", latest);
+    }
+    if (archive.finished()) {
+      text += fmt::format("duration         {} of session time, interruptions included\n",
+                          duration_text(devices::to_seconds(*archive.finished_at())));
     }
     if (left) {
       text +=

@@ -26,8 +26,8 @@ double ends_s(const acquisition::FrameRecord& frame) {
   return begins_s(frame) + devices::to_seconds(frame.exposure);
 }
 
-/// Where the time from the beginning to the last frame went: what lies before a frame is the way to
-/// it, or the readout of the one before.
+/// Where the time from the beginning to the end, or to the last frame, went: what lies before a
+/// frame is the way to it, or the readout of the one before.
 std::vector<report::TimingEntry> timing_of(const acquisition::SessionReader& archive) {
   std::vector<double> resumed_s;
   for (const acquisition::SessionNote& note : archive.notes()) {
@@ -60,12 +60,15 @@ std::vector<report::TimingEntry> timing_of(const acquisition::SessionReader& arc
     point_before = frame.point;
     now_s = std::max(now_s, ends_s(frame));
   }
+  const double parked_s =
+      archive.finished() ? std::max(0.0, devices::to_seconds(*archive.finished_at()) - now_s) : 0.0;
   return {{"Homing, darks and whites", around_s},
           {"Travel, settling and home checks", travel_s},
           {"Exposures", exposure_s},
           {"Readout and bracketing", readout_s},
           {"Sentinels", checks_s},
-          {"Interruptions", interrupted_s}};
+          {"Interruptions", interrupted_s},
+          {"Parking and changing the target", parked_s}};
 }
 
 /// The rows of points that count, in time: the last of each.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -135,6 +136,8 @@ class HardwareRig final : public OpenedRig {
         clock_(time_scale_of_environment()),
         watchdog_(rig, lock_.descriptors(), [this] { unwatched(); }),
         buses_(rig.devices) {
+    // A program that is suspended would leave axes and shutter as they are.
+    std::signal(SIGTSTP, SIG_IGN);
     const auto require_wanted = [&] {
       if (!stop.stop_requested()) return;
       throw DeviceError(devices::DeviceErrc::Stopped, "rig", "asked to stop while it was opened");

@@ -67,6 +67,9 @@ struct Reduction {
   std::vector<PairAgreement> pairs;  ///< where both halves were measured
 };
 
+/// Throws DataFormatError when a frame is of another image size or number of axes.
+void require_of_instrument(const SessionReader& archive, const instrument::Instrument& instrument);
+
 /// An archive that has not got, or has lost, what a reduction cannot do without.
 class NothingToReduce : public DataFormatError {
  public:

@@ -166,7 +166,9 @@ class SessionReader {
   const std::vector<PointRecord>& points() const { return points_; }
   const std::vector<SessionNote>& notes() const { return notes_; }
   const std::vector<std::string>& damage() const { return damage_; }
-  bool finished() const { return finished_; }
+  bool finished() const { return finished_at_.has_value(); }
+  /// When its last part came to its end, on the clock of its rows; nothing: it has not.
+  std::optional<std::chrono::nanoseconds> finished_at() const { return finished_at_; }
 
   /// The archive as it was when notes()[index] was about to be written: without that note and what
   /// came later. Throws std::out_of_range.
@@ -202,7 +204,7 @@ class SessionReader {
   std::vector<std::string> damage_;
   std::vector<LostFrames> lost_frames_;
   std::map<std::int64_t, devices::Frame> shapes_;  ///< per frame id, without pixels
-  bool finished_ = false;
+  std::optional<std::chrono::nanoseconds> finished_at_;
   bool lost_rows_ = false;
 };
 

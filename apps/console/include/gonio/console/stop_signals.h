@@ -6,9 +6,9 @@
 
 namespace gonio::cli {
 
-/// While one of these lives, the first SIGINT or SIGTERM asks for a stop instead of ending the
-/// program; the next one of the same kind ends it. For work that can pause, the first SIGINT asks
-/// for that only, the second for the stop, and the third ends the program.
+/// While one of these lives, the first SIGINT, SIGTERM, SIGQUIT or SIGHUP asks for a stop instead
+/// of ending the program; the next one of the same kind ends it. For work that can pause, the first
+/// SIGINT asks for that only, the second for the stop, and the third ends the program.
 ///
 /// Threads  One at a time in a program.
 class StopSignals {
