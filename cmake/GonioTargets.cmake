@@ -74,6 +74,8 @@ function(gonio_add_test name)
   add_executable(${target} ${arg_SOURCES})
   if(NOT GONIO_SANITIZE)  # not tried with that: what instrumented batches take, and what GCC sees in them
     gonio_compile_in_batches(${target})
+    # A test runs once for each time it is compiled, which takes longer: a third less so.
+    target_compile_options(${target} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
   endif()
   target_link_libraries(${target} PRIVATE ${arg_LIBS} GTest::gmock_main gonio_compiler)
   if(arg_DEPENDS)
