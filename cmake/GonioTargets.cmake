@@ -53,7 +53,7 @@ endfunction()
 #   Compiled in batches as the libraries are: what several files of a test use belongs in a header of
 #   its folder, and what differs between them needs names of its own.
 #
-#   Labels   unit (the default), untrusted (readers of untrusted files; asan runs these in .ci/run),
+#   Labels   unit (the default), untrusted (readers of untrusted files; for asan, too),
 #            scenario (whole sessions), slow, real_data (needs GONIO_REAL_DATA), wire, hardware.
 #   DEPENDS  further targets the test runs, such as the gonio program.
 function(gonio_add_test name)
