@@ -351,7 +351,11 @@ class LibmodbusBus final : public ModbusBus {
     const std::int64_t us = std::chrono::microseconds(options_.response_timeout).count();
     modbus_set_response_timeout(context.get(), static_cast<std::uint32_t>(us / 1000000),
                                 static_cast<std::uint32_t>(us % 1000000));
-    if (modbus_connect(context.get()) != 0) {
+    bool connected = modbus_connect(context.get()) == 0;
+    // The C library reads the line's settings back; who changes them at that moment, as whatever
+    // has the other end of a pseudo-terminal may, makes it take them for refused.
+    if (!connected && rtu_ && errno == EINVAL) connected = modbus_connect(context.get()) == 0;
+    if (!connected) {
       // What libmodbus leaves in errno after a failed connection is not the reason.
       const int error = errno;
       if (tcp_) refuse("no connection; is the device on, are host and port right?");
