@@ -93,6 +93,9 @@ function showSamples() {
     }
   });
   const values = dots.map((dot) => dot.y);
+  if (points.length > 0 && values.length === 0) {
+    say("samples-say", "No quick look: the white does not lie where the points are looked at.");
+  }
   const low = values.length ? Math.floor(Math.log10(Math.min(...values))) : -2;
   const high = Math.max(low + 1, values.length ? Math.ceil(Math.log10(Math.max(...values))) : 0);
   const ticks = [];
