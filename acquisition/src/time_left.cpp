@@ -138,7 +138,8 @@ double seconds_left(const SessionReader& archive, const Itinerary& itinerary,
   const auto taken = points_taken(archive);
   for (const auto& [point, seconds] : taken) time.took(point, seconds);
   // The latest frame is of the next point, or of the check or white before it.
-  const bool begun = !taken.empty() &&
+  // Frames may all be lost, and their points not.
+  const bool begun = !taken.empty() && !archive.frames().empty() &&
                      archive.frames().back().exposure_start > archive.points().back().finished_at;
   if (begun && !left.empty()) time.comes_to(*left.begin());
   return time.from(latest_phase(archive, !taken.empty(), !left.empty()), left);

@@ -147,6 +147,19 @@ TEST_F(SecondsLeft, LagsBehindTheSessionByNoMoreThanItsPhase) {
   EXPECT_EQ(phases["point"], 4);
 }
 
+TEST_F(SecondsLeft, ToldAlsoWhereAllFramesAreLost) {
+  std::stop_source stop;
+  run(
+      SessionWriter(folder_, {}, {}), {},
+      [&](const SessionProgress& now, double) {
+        if (now.phase == "point" && now.done == 2) stop.request_stop();
+      },
+      stop.get_token());
+  std::filesystem::remove_all(folder_ / "frames");
+  std::filesystem::create_directory(folder_ / "frames");
+  EXPECT_GT(seconds_left(SessionReader(folder_), itinerary(), plan_), 0.0);
+}
+
 TEST_F(SecondsLeft, PointsThatDoNotCountAreTakenAgainAfterEnough) {
   SessionPart part;
   part.done = {{0, PointOutcome::Measured}};
